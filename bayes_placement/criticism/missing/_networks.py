@@ -62,7 +62,7 @@ def with_networks(comparison: Comparison, base: Hypothesis, tick: Tick) -> Compa
     told = [law for law in simplest(found) if not _is_listed(law)]
     if not told:
         return comparison
-    odds = np.array([law.fit.log_evidence + law.log_prior for law in told])
+    odds = np.array([law.log_odds for law in told])
     order = [n for n in np.argsort(-odds) if odds[n] > np.max(odds) - WITHIN][:FITTED]
     hypotheses = [_as_hypothesis(base, told[n]) for n in order]
     kinds = [kind_of(hypothesis.effects[-1]) for hypothesis in hypotheses]

@@ -68,6 +68,11 @@ class NamedLaw(NamedTuple):
     fit: Fit
     log_prior: float
 
+    @property
+    def log_odds(self) -> float:
+        """Log evidence and log prior together."""
+        return self.fit.log_evidence + self.log_prior
+
 
 def reached_ports(
     problem: Problem, point: Point, tick: Callable[[], None]

@@ -81,6 +81,13 @@ class Port(NamedTuple):
         """Whether laws are inserted."""
         return self.acts_on == "cut"
 
+    @property
+    def unit(self) -> str:
+        """Unit of the dynamic stiffness of a law, of one in a cut of its compliance."""
+        if self.is_cut:
+            return "rad/(N m)" if self.effect.motion == "rotation" else "m/N"
+        return "N m/rad" if self.acts_on == "rotation" else "N/m"
+
     def with_law(self, law: Law, name: str) -> Any:
         """Return the effect with a law and a name."""
         return dataclasses.replace(self.effect, law=law, name=name)

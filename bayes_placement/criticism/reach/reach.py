@@ -1,6 +1,6 @@
 """What laws at each place of a structure could remove of a misfit, and the best of them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,8 +12,9 @@ from ..._types import InputError
 from ...inference.residuals import Problem
 from ...positions.reprs import notebook_html
 from ..locations import locations
-from ._at_port import ReachOfPort, omega_of
-from ._free_law import FreeLaw, Points, over
+from ._as_measured import as_measured
+from ._at_port import ReachOfPort
+from ._free_law import FreeLaw, Points
 from ._named_laws import NamedLaw, simplest
 from ._ports import Port
 
@@ -37,8 +38,8 @@ class Reach:
         above, the `law`, `few_numbers` [1], `chi2_per_datum`, and `probability` [1] among them.
     chi2_per_datum
         Of the model as given.
-    ports
-        The kinds of ports.
+    measured
+        The law as measured at each kind of port, see `law_as_measured`.
 
     Examples
     --------
@@ -50,7 +51,7 @@ class Reach:
     curves: pd.DataFrame
     laws: pd.DataFrame
     chi2_per_datum: float
-    ports: Sequence[ReachOfPort] = field(repr=False)
+    measured: Mapping[str, pd.DataFrame] = field(repr=False)
 
     def kinds(self) -> pd.DataFrame:
         """Best law of each kind of port, and the probability of the kind; the greatest first."""
@@ -64,10 +65,10 @@ class Reach:
         return table.sort_values("probability", ascending=False)
 
     def law_as_measured(self, acts_on: str | None = None) -> pd.DataFrame:
-        """Dynamic stiffness that the best place of a kind of port asks for, line by line.
+        """Law that the data ask for at a kind of port, line by line.
 
-        All else is at its fit with a law that is free at each line, at the place of the curves
-        where a law of few numbers explains most.
+        Place and unknowns are those of the best law of that kind, fitted in full; what they leave
+        open is in the deviations.
 
         Parameters
         ----------
@@ -77,8 +78,10 @@ class Reach:
         Returns
         -------
         DataFrame
-            A row for each line: `frequency` [Hz], `real` and `imaginary` part [N/m], of a rotation
-            [N m/rad], and the standard `deviation` of each of them.
+            A row for each line: `frequency` [Hz]; `real` and `imaginary` part of the dynamic
+            stiffness, of a cut of its compliance; their standard deviations `deviation_real` and
+            `deviation_imaginary`, and their `covariance`; and the `unit`: N/m, of a rotation
+            N m/rad, of a cut m/N or rad/(N m).
 
         Raises
         ------
@@ -86,17 +89,13 @@ class Reach:
             If the structure has no such port.
         """
         kind = str(self.laws["acts_on"].iloc[0]) if acts_on is None else acts_on
-        row = self._best_place(kind)
-        reached = self.ports[int(row["port"])]
-        at = reached.free.at(reached.points[int(row["place"])][None])
-        strength, receptance = at.best()[0], at.receptance[0]
-        stiffness, slope = _opened(strength, receptance, reached.port.is_cut)
-        deviation = 1 / np.sqrt(np.maximum(at.information()[0], np.finfo(float).tiny))
-        frequency = omega_of(reached.free) / (2 * np.pi)
-        parts = {"real": stiffness.real, "imaginary": stiffness.imag}
-        return pd.DataFrame(
-            {"frequency": frequency} | parts | {"deviation": deviation * np.abs(slope)}
-        )
+        if kind not in self.measured:
+            raise InputError(
+                f"acts_on={acts_on!r} was given; a kind of port that the structure has is needed, "
+                f"one of {', '.join(self.measured)}, since a law is read at its port: "
+                "reach.law_as_measured()."
+            )
+        return self.measured[kind].copy()
 
     def to_json(self) -> list[dict[str, Any]]:
         """Return both curves over places for each kind of port, and its best law, for a file."""
@@ -130,16 +129,6 @@ class Reach:
             for acts_on, row in self.kinds().iterrows()
         ]
 
-    def _best_place(self, acts_on: str) -> Any:
-        curve = self.curves[self.curves["acts_on"] == acts_on]
-        if curve.empty:
-            kinds = ", ".join(dict.fromkeys(self.curves["acts_on"]))
-            raise InputError(
-                f"acts_on={acts_on!r} was given; a kind of port that the structure has is needed, "
-                f"one of {kinds}, since a law is read at its port: reach.law_as_measured()."
-            )
-        return curve.iloc[int(np.argmax(curve["few_numbers"].to_numpy()))]
-
     def __repr__(self) -> str:
         return f"Reach: reduced chi-square {self.chi2_per_datum:.3g}; {self.words()[0]}"
 
@@ -163,25 +152,28 @@ def reach_of(
     laws
         The best of them, fitted in full.
     """
-    curves = pd.concat([_curve(port, number, squares) for number, port in enumerate(ports)])
+    curves = pd.concat([_curve(port, squares) for port in ports])
     of_port = {id(reached.port): reached for reached in ports}
-    rows = [_law(law, of_port[id(law.port)], squares) for law in simplest(laws)]
-    table = pd.DataFrame(rows).sort_values("log_odds", ascending=False)
-    odds = table.pop("log_odds")
+    told = sorted(simplest(laws), key=lambda law: law.log_odds, reverse=True)
+    table = pd.DataFrame([_law(law, of_port[id(law.port)], squares) for law in told])
+    odds = np.array([law.log_odds for law in told])
     table["probability"] = np.exp(odds - logsumexp(odds))
-    chi2 = squares / problem.count
-    return Reach(curves.reset_index(drop=True), table.reset_index(drop=True), chi2, tuple(ports))
+    best = {law.port.acts_on: law for law in reversed(told)}
+    measured = {
+        kind: as_measured(best[kind], of_port[id(best[kind].port)].free.problem)
+        for kind in dict.fromkeys(curves["acts_on"])
+    }
+    return Reach(curves.reset_index(drop=True), table, squares / problem.count, measured)
 
 
-def _curve(reached: ReachOfPort, number: int, squares: float) -> pd.DataFrame:
+def _curve(reached: ReachOfPort, squares: float) -> pd.DataFrame:
     """NetworkRows of one kind of port on one piece."""
     lines = reached.free.problem.data.z.shape[-1]
     # A free law takes two numbers at each line, whatever they explain.
     by_any = _share(reached.squares + 2 * lines, squares, reached.free)
     by_few = _share(reached.squares_of_law, squares, reached.free)
     where = _where(reached.port, reached.free, reached.points)
-    places = np.arange(len(reached.points))
-    return where.assign(any_law=by_any, few_numbers=by_few, port=number, place=places)
+    return where.assign(any_law=by_any, few_numbers=by_few)
 
 
 def _law(law: NamedLaw, reached: ReachOfPort, squares: float) -> dict[str, Any]:
@@ -191,7 +183,6 @@ def _law(law: NamedLaw, reached: ReachOfPort, squares: float) -> dict[str, Any]:
         "law": law.law,
         "few_numbers": float(_share(law.fit.squares, squares, reached.free)),
         "chi2_per_datum": law.fit.squares / reached.free.problem.count,
-        "log_odds": law.fit.log_evidence + law.log_prior,
     }
 
 
@@ -215,15 +206,6 @@ def _where(port: Port, free: FreeLaw, points: Points) -> pd.DataFrame:
     table.insert(0, "setting", setting)
     table.insert(0, "acts_on", port.acts_on)
     return table
-
-
-def _opened(strength: Any, receptance: Any, is_cut: bool) -> tuple[Any, Any]:
-    """Dynamic stiffness of a law from t, and its slope along t."""
-    ones = np.ones_like(strength)
-    if is_cut:
-        return over(ones, strength) - receptance, over(ones, strength**2)
-    soft = 1 - receptance * strength
-    return over(strength, soft), over(ones, soft**2)
 
 
 def _numbers(row: Any) -> list[list[float]]:

@@ -1,0 +1,65 @@
+"""A law as measured: what each line asks for, all else as the best law of its kind has it.
+
+On one port residuals are r + a t at each line, so that the law follows from least squares at each
+line, at the place and the unknowns of a law that was fitted in full. What these leave open adds to
+its variance: cov(Z) = 1 / I + J C J', with the slope J of Z along the other unknowns and their
+covariance C (law of total variance, to first order).
+"""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from jaxtyping import Float
+
+from ...inference.residuals import Problem
+from ._at_port import omega_of
+from ._free_law import FreeLaw, over
+from ._named_laws import NamedLaw
+
+TINY = np.finfo(float).tiny
+"""Least information: the deviation is huge where the data do not see the port."""
+
+
+def as_measured(law: NamedLaw, problem: Problem) -> pd.DataFrame:
+    """Dynamic stiffness at each line, of a cut the compliance, and its uncertainty.
+
+    Parameters
+    ----------
+    law
+        A law at the port, fitted in full.
+    problem
+        The problem with the port.
+    """
+    point, free = law.point[None], FreeLaw(problem)
+    at = free.at(point)
+    strength = at.best()
+    soft = 1 - at.receptance * strength
+    along = at.slope * (soft**2)[:, None]  # residuals along Z, not along t
+    information = np.sum(np.abs(along) ** 2, axis=1)
+    slopes = free.slopes(point, strength, soft)  # with this Z held
+    pulls = np.einsum("pcf,pucf->puf", np.conj(along), slopes)
+    variance = _covariance(-over(pulls, information[:, None])[0], information[0], law)
+    asked = over(strength, soft)[0]
+    return pd.DataFrame(
+        {
+            "frequency": omega_of(free) / (2 * np.pi),
+            "real": asked.real,
+            "imaginary": asked.imag,
+            "deviation_real": np.sqrt(variance[0, 0]),
+            "deviation_imaginary": np.sqrt(variance[1, 1]),
+            "covariance": variance[0, 1],
+            "unit": law.port.unit,
+        }
+    )
+
+
+def _covariance(
+    moved: Any, information: Any, law: NamedLaw
+) -> Float[np.ndarray, "part part frequency"]:
+    """Covariance of the real and the imaginary part at each line."""
+    parts = np.stack([moved.real, moved.imag])
+    of_others = law.fit.gaussian.covariance[: len(moved), : len(moved)]
+    of_noise = np.eye(2)[..., None] / np.maximum(information, TINY)
+    covariance: Any = of_noise + np.einsum("auf,uv,bvf->abf", parts, of_others, parts)
+    return covariance
