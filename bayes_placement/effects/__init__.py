@@ -1,6 +1,6 @@
 """Physical effects that a structure or its instruments may have, one a file."""
 
-from ..laws import Dashpot, LossySpring, Mass, Spring, Springpot
+from ..laws import Dashpot, LossySpring, Mass, Spring, Springpot, Tabulated
 from .amplitude_attachment import AmplitudeAttachment
 from .effect import (
     Attachment,
@@ -36,6 +36,7 @@ __all__ = [
     "Scales",
     "Spring",
     "Springpot",
+    "Tabulated",
     "library",
 ]
 __all__ += [*EFFECTS]

@@ -9,6 +9,7 @@ import numpy as np
 from .._sites import Role, unknowns
 from .._types import InfeasibleError, InputError, check_annotated, check_kind, shown
 from ..effects.effect import Effect
+from ..laws.tabulated import tables_in
 from ..modes.modes import Modes
 from .noise import Noise
 from .observation import Observation
@@ -140,6 +141,25 @@ def static_line(frequency: Any, modes: Modes) -> None:
             "modes; lines above 0 Hz are needed, since a constant force accelerates a free "
             "structure without limit: frequency=frequency[frequency > 0]."
         )
+
+
+def lines_of_tables(structure: Structure, frequency: Any, observe: Observation) -> None:
+    """Refuse laws that are tables where they are needed beyond their lines.
+
+    Raises
+    ------
+    InputError
+        If a line is outside of a table, or modes are observed.
+    """
+    for table in tables_in(structure.effects):
+        if observe.is_modal:
+            raise InputError(
+                f"{table!r} was given to an experiment that observes modes; a network is needed, "
+                "since natural frequencies are looked for where a table may have no lines: "
+                "effects.Spring(1e4) | effects.Dashpot(10.0)."
+            )
+        if not isinstance(frequency, jax.core.Tracer):
+            table.check_lines(frequency)
 
 
 def levels(amplitudes: Sequence[float] | None) -> tuple[float, ...] | None:

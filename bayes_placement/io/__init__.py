@@ -13,6 +13,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submodules=SUBMODULES,
     submod_attrs={
         "formats": ["read_matrices", "read_measurement", "read_modes"],
+        "laws": ["read_law", "write_law"],
         "mapped": ["read"],
     },
 )

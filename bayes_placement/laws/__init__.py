@@ -8,6 +8,7 @@ from .lossy_spring import LossySpring
 from .mass import Mass
 from .spring import Spring
 from .springpot import Springpot
+from .tabulated import Tabulated
 
 __all__ = [
     "Dashpot",
@@ -19,6 +20,7 @@ __all__ = [
     "Series",
     "Spring",
     "Springpot",
+    "Tabulated",
     "canonical",
     "classes",
     "law_of",

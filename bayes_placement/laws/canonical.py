@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from .law import Law, Tree
 
 MERGING = frozenset("kcmh")
-"""Letters of which two in one group are one element; springpots differ by their orders."""
+"""Letters of which two in one group are one element; springpots differ by their orders,
+tables by all they hold."""
 
 
 def canonical(tree: Tree) -> Tree:
@@ -56,7 +57,14 @@ def _merged(parts: Sequence[Tree]) -> list[Tree]:
     return [*sorted({part for part in parts if isinstance(part, str)} & MERGING), *others]
 
 
-WORDS = {"k": "spring", "c": "dashpot", "m": "mass", "p": "springpot", "h": "lossy spring"}
+WORDS = {
+    "k": "spring",
+    "c": "dashpot",
+    "m": "mass",
+    "p": "springpot",
+    "h": "lossy spring",
+    "t": "table",
+}
 """Elements in words."""
 
 

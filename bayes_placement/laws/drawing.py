@@ -28,6 +28,7 @@ GLYPHS = {
     "m": "m0 0v-12h36v24h-36z",
     "p": "m0 0l18-12 18 12-18 12zm36 0",
     "h": "l2.5-8 5 16 5-16 5 16 5-16 2.5 8h11m-8 6l4-12m0 12l4-12m0 6",
+    "t": "m0-9h36v18h-36zm4 13l7-8 7 5 7-7 7 4m4 2",
 }
 """Path of each element, from the end of one line to the start of the other."""
 

@@ -8,12 +8,15 @@ from numpyro import distributions as dist
 
 from bayes_placement._sites import unknowns
 from bayes_placement._types import InputError
-from bayes_placement.effects import Dashpot, LossySpring, Mass, Spring, Springpot
+from bayes_placement.effects import Dashpot, LossySpring, Mass, Spring, Springpot, Tabulated
 from bayes_placement.laws import Law
+from bayes_placement.laws.catalogue import leaves
 
 OMEGA = jnp.asarray(2 * np.pi * np.array([3.0, 17.0, 44.0, 160.0]))
 SPRING, DASHPOT, MASS = Spring(2e4), Dashpot(40.0), Mass(0.3)
 LOSSY, RUBBER = LossySpring(3e4, 0.2), Springpot(1e4, 0.4, 30.0)
+LINES = np.geomspace(2.0, 200.0, 12)
+TABLE = Tabulated(LINES, RUBBER.dynamic_stiffness(jnp.asarray(2 * np.pi * LINES)))
 
 NETWORKS = {
     "spring": SPRING,
@@ -26,7 +29,10 @@ NETWORKS = {
     "two masses in a chain": LOSSY - (MASS | (Spring(3e3) | Dashpot(2.0)) - Mass(0.2)),
     "rubber": RUBBER,
     "mass on rubber, scaled": 0.4 * (RUBBER - MASS),
+    "table": TABLE,
+    "table beside a mass on a table": 0.5 * TABLE | (TABLE - MASS),
 }
+TYPED = [name for name, law in NETWORKS.items() if "t" not in leaves(law.tree())]
 table = pytest.mark.parametrize("name", NETWORKS)
 
 
@@ -95,7 +101,7 @@ def test_no_strength_is_no_force_with_a_slope(name):
     assert np.all(np.isfinite(slope))
 
 
-@table
+@pytest.mark.parametrize("name", TYPED)
 def test_what_is_printed_can_be_typed(name):
     typed = eval(repr(NETWORKS[name]))  # the elements are imported here
     np.testing.assert_array_equal(stiffness(typed), stiffness(NETWORKS[name]))
@@ -158,3 +164,41 @@ def test_only_laws_make_a_network(make):
 def test_every_law_is_final_or_abstract():
     kinds = [type(law) for law in NETWORKS.values()]
     assert all(issubclass(kind, Law) and not kind.__subclasses__() for kind in kinds)
+
+
+def test_a_table_has_its_values_and_means_between_them():
+    at = stiffness(TABLE, jnp.asarray(2 * np.pi * LINES))
+    np.testing.assert_allclose(at, TABLE.stiffness, rtol=1e-12)
+    middle = np.sqrt(LINES[:-1] * LINES[1:])
+    omega = jnp.asarray(2 * np.pi * middle)
+    between = stiffness(TABLE, omega)
+    np.testing.assert_allclose(between, (at[:-1] + at[1:]) / 2, rtol=1e-12)
+    np.testing.assert_allclose(between, stiffness(RUBBER, omega), rtol=5e-3)
+
+
+def test_a_table_times_a_strength():
+    stronger = Tabulated(LINES, TABLE.stiffness, strength=3.0)
+    np.testing.assert_allclose(stiffness(stronger), 3 * stiffness(TABLE), rtol=1e-14)
+    perhaps = dist.LogUniform(0.5, 2.0) * TABLE
+    assert repr(perhaps) == "LogUniform(0.5, 2) * Tabulated(12 lines, 2 to 200 Hz)"
+    assert [unknown.unit for unknown in unknowns(perhaps)] == ["1"]
+
+
+def test_a_table_is_read_off_the_axis_at_the_same_frequency():
+    np.testing.assert_array_equal(stiffness(TABLE, OMEGA - 2.0j), stiffness(TABLE))
+
+
+def test_a_table_is_held_beyond_its_ends_in_compiled_functions_alone():
+    far = jnp.asarray([2 * np.pi * 500.0])
+    np.testing.assert_allclose(jax.jit(TABLE.dynamic_stiffness)(far)[0], TABLE.stiffness[-1])
+    with pytest.raises(InputError, match="a table from 500 to 500 Hz is needed"):
+        TABLE.dynamic_stiffness(far)
+
+
+@pytest.mark.parametrize(
+    ("lines", "values"),
+    [([1.0], [1.0]), ([1.0, 2.0], [1.0]), ([2.0, 1.0], [1.0, 1.0]), ([1.0, 2.0], [1.0, np.nan])],
+)
+def test_a_table_that_tells_nothing_is_refused(lines, values):
+    with pytest.raises(InputError, match="two lines or more are needed"):
+        Tabulated(lines, values)

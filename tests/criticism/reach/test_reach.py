@@ -48,7 +48,7 @@ def test_the_law_as_measured_is_that_which_acts(law, slope, acts_on, tree):
     table = reached(law, slope).law_as_measured(acts_on)
     true = law(2 * np.pi * table["frequency"].to_numpy())
     for part, of_law in (("real", true.real), ("imaginary", true.imag)):
-        apart = np.abs(table[part] - of_law) / table["deviation"]
+        apart = np.abs(table[part] - of_law) / table[f"deviation_{part}"]
         # The place of the curve is up to half of a cell away: half of the lines are enough.
         assert np.median(apart) < 2.0
 
