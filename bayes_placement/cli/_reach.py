@@ -1,5 +1,7 @@
 """Where something missing may act: sentences, tables and figures of `explain` and `improve`."""
 
+from ..criticism.missing.ledger import Ledger
+from ..criticism.missing.ranking import Ranking
 from ..criticism.reach.reach import Reach
 from ..plots import reach as plots
 from ._inputs import Inputs
@@ -13,14 +15,20 @@ def show_reach(reach: Reach | None, inputs: Inputs) -> None:
         inputs.screen.list(reach.words())
 
 
-def write_reach(reach: Reach | None, inputs: Inputs, run: Run) -> None:
-    """Write both curves, the law as measured, and the figures of both."""
+def write_reach(result: Ledger | Ranking, inputs: Inputs, run: Run) -> None:
+    """Write both curves, the law as measured, and the figures of both.
+
+    The law is that at the port of the claimed effect, or else at the most probable one.
+    """
+    reach, port = result.reach, result.port
     if reach is None:
         return
+    law = reach.law_as_measured(port)
     run.table("reach.csv", reach.curves, index=False)
-    run.table("law.csv", reach.law_as_measured(), index=False)
+    run.table("law.csv", law, index=False)
+    run.law("law.unv", law)
     figures = {
         "reach.png": plots.curves(reach, experiment=inputs.experiment),
-        "law.png": plots.law(reach),
+        "law.png": plots.law(reach, acts_on=port),
     }
     run.figures(figures)

@@ -15,6 +15,7 @@ from .._files import write_atomically, write_json
 from .._processes import begun_in_helper
 from ..inference.record import now, versions
 from ..io import netcdf
+from ..io.laws import write_law
 from ..plots.report import write_report
 from ._errors import MODEL_FAILS
 from ._result_folder import RECORD, ResultFolder, identified, records, source_of
@@ -84,6 +85,11 @@ class Run:
     def table(self, name: str, table: pd.DataFrame, *, index: bool = True) -> None:
         """Write a table as CSV."""
         self._write(name, lambda path: table.to_csv(path, index=index))
+
+    def law(self, name: str, table: pd.DataFrame) -> None:
+        """Write a law as measured as a universal file."""
+        write_law(self.folder / name, table)
+        self._note(name)
 
     def json(self, name: str, content: Mapping[str, Any]) -> None:
         """Write numbers and words, with the record of the run, as JSON."""

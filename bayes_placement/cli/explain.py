@@ -29,7 +29,7 @@ def _write(ranking: Ranking, inputs: Inputs, run: Run) -> None:
     run.table("explanation.csv", table)
     run.report("explanation.txt", table, ranking.words())
     run.table("suspicion.csv", ranking.suspicion, index=False)
-    write_reach(ranking.reach, inputs, run)
+    write_reach(ranking, inputs, run)
     figures = {
         "suspicion.png": plots.suspicion(ranking, experiment=inputs.experiment),
         "probabilities.png": plots.probabilities(ranking),

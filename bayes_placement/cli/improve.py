@@ -100,7 +100,7 @@ def _write(ledger: Ledger, inputs: Inputs, run: Run) -> None:
     run.text("ledger.txt", str(ledger))
     run.table("compared.csv", ledger.compared, index=False)
     run.table("suspicion.csv", ledger.suspicion, index=False)
-    write_reach(ledger.reach, inputs, run)
+    write_reach(ledger, inputs, run)
     figures = {
         "error_falls.png": plots.error_falls(ledger),
         "suspicion.png": plots.suspicion(ledger, experiment=inputs.experiment),

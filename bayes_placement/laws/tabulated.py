@@ -107,7 +107,8 @@ class Tabulated(Element):
         values = table["real"].to_numpy(float) + 1j * table["imaginary"].to_numpy(float)
         is_compliance = "unit" in table and table["unit"].isin(COMPLIANCES).all()
         with np.errstate(divide="ignore", invalid="ignore"):
-            return cls(table["frequency"], 1 / values if is_compliance else values)
+            values = 1 / values if is_compliance else values
+        return cls(table["frequency"].tolist(), values.tolist())
 
     def stiffness_at(self, omega: Omega) -> Stiffness:
         """Dynamic stiffness [N/m], between the lines linear in the logarithm of frequency."""

@@ -13,10 +13,28 @@ from matplotlib.ticker import MultipleLocator
 from .._types import arguments_checked
 from ..criticism.reach.reach import Reach
 from ..experiment.experiment import Experiment
+from ..laws.tabulated import COMPLIANCES
 from . import structure as structure_plots
-from ._colours import AFTER, BEFORE, DATA, FAINT
+from ._colours import AFTER, BEFORE, DATA, FAINT, FIFTH, FOURTH
 from ._figures import PANEL, STAR, color_bar, panels
+from ._impedance_paper import rule
 from ._instruments import thinness
+
+LAW_HEIGHT = 3.0
+"""Height of a panel of a law [inch]."""
+
+MARGIN, ROOM, LEAST_RANGE = 1.05, 2.0, 10**0.75
+"""Factors beyond what is drawn: of frequency, of magnitude, and its least, to either side."""
+
+LEAST = 1e-2
+"""Odds against the best law from which on others are not drawn."""
+
+STYLES: list[dict[str, Any]] = [
+    {"color": AFTER},
+    {"color": FOURTH, "linestyle": "--"},
+    {"color": FIFTH, "linestyle": ":", "linewidth": 2.0},
+]
+"""The best laws, one after the other."""
 
 HEIGHT = 2.4
 """Height of a panel of one kind of port [inch]."""
@@ -77,7 +95,11 @@ def law(
     acts_on: str | None = None,
     axes: Sequence[Axes] | np.ndarray | None = None,
 ) -> Figure:
-    """Draw the dynamic stiffness that the data ask for at a port, and the best law through it.
+    """Draw the law that the data ask for at a port as on impedance paper, and laws through it.
+
+    Magnitude and phase of the dynamic stiffness, of a cut of the compliance, line by line with
+    95 % intervals, and the most probable networks of that kind of port. Straight lines are those of
+    one spring, labelled at the right, one dashpot, above, and one mass, below.
 
     Parameters
     ----------
@@ -94,30 +116,75 @@ def law(
     'phase [degrees]'
     """
     kind = str(reach.laws["acts_on"].iloc[0]) if acts_on is None else acts_on
-    measured = reach.law_as_measured(kind)
-    best = reach.laws[reach.laws["acts_on"] == kind].iloc[0]["law"]
-    layout = panels(2, 1, axes, size=(PANEL[0], HEIGHT))
+    measured = _polar(reach.law_as_measured(kind))
+    unit = str(measured["unit"].iloc[0])
+    is_compliance = unit in COMPLIANCES
+    laws = _likely(reach.laws[reach.laws["acts_on"] == kind])
+    lines = measured["frequency"].to_numpy()
+    curves = [_values(row["law"], lines, is_compliance) for _, row in laws.iterrows()]
+    layout = panels(2, 1, axes, size=(PANEL[0], LAW_HEIGHT))
     magnitude, phase = layout.axes.flat
-    frequency = measured["frequency"].to_numpy()
-    stiffness = measured["real"].to_numpy() + 1j * measured["imaginary"].to_numpy()
-    fitted = np.asarray(best.dynamic_stiffness(jnp.asarray(2 * np.pi * frequency)))
-    relative = measured["deviation"].to_numpy() / np.maximum(np.abs(stiffness), 1e-300)
-    is_known = NORMAL_95 * relative < 1.0  # beyond, not even the sign is known
-    dots = {"fmt": ".", "color": DATA, "ecolor": FAINT, "label": "as measured, with 95 % interval"}
-    size = np.abs(stiffness[is_known])
-    spread = NORMAL_95 * relative[is_known]
-    magnitude.errorbar(frequency[is_known], size, yerr=spread * size, **dots)
-    of_law = np.degrees(np.angle(fitted[is_known]))
-    apart = np.degrees(np.angle(stiffness[is_known] / fitted[is_known]))
-    angle = of_law + apart  # half a turn from the law at most
-    phase.errorbar(frequency[is_known], angle, yerr=np.degrees(np.arcsin(spread)), **dots)
-    magnitude.plot(frequency, np.abs(fitted), color=AFTER, label=best.in_words())
-    phase.plot(frequency, np.degrees(np.angle(fitted)), color=AFTER)
-    unit = "N m/rad" if kind == "rotation" else "N/m"
-    magnitude.set(xscale="log", yscale="log", ylabel=f"dynamic stiffness [{unit}]")
-    phase.set(xscale="log", xlabel="frequency [Hz]", ylabel="phase [degrees]")
-    phase.yaxis.set_major_locator(MultipleLocator(90))
+    _dots(magnitude, phase, measured, curves[0])
+    for (_, row), values, style in zip(laws.iterrows(), curves, STYLES, strict=False):
+        label = f"{row['law'].in_words()} (probability {row['probability']:.2g})"
+        magnitude.plot(lines, np.abs(values), label=label, zorder=3, **style)
+        phase.plot(lines, np.degrees(np.angle(values)), zorder=3, **style)
+    ends = lines[0] / MARGIN, lines[-1] * MARGIN
+    noun = "compliance" if is_compliance else "dynamic stiffness"
+    magnitude.set(xscale="log", yscale="log", xlim=ends, ylabel=f"{noun} [{unit}]")
+    magnitude.set_ylim(*_range(measured["size"], curves))
+    magnitude.tick_params(axis="x", which="both", labelbottom=False)
+    phase.set(xscale="log", xlim=ends, xlabel="frequency [Hz]", ylabel="phase [degrees]")
+    phase.yaxis.set_major_locator(MultipleLocator(45))
+    rule(magnitude, unit, with_masses=kind in ("displacement", "rotation"))
     return layout.with_legend()
+
+
+def _polar(measured: pd.DataFrame) -> pd.DataFrame:
+    """Lines of which more than the size is known: with their size and angle, and the half widths.
+
+    Those of which not even the sign is known are left out.
+    """
+    values = measured["real"].to_numpy() + 1j * measured["imaginary"].to_numpy()
+    size = np.maximum(np.abs(values), np.finfo(float).tiny)
+    real, imaginary = measured["deviation_real"] ** 2, measured["deviation_imaginary"] ** 2
+    both = measured["covariance"] * np.sin(2 * np.angle(values))
+    cosine, sine = np.cos(np.angle(values)) ** 2, np.sin(np.angle(values)) ** 2
+    along, across = real * cosine + imaginary * sine + both, real * sine + imaginary * cosine - both
+    widths = [NORMAL_95 * np.sqrt(np.maximum(each, 0.0)) / size for each in (along, across)]
+    known = np.maximum(*widths) < 1.0
+    return measured.assign(value=values, size=size, along=widths[0], across=widths[1], known=known)
+
+
+def _dots(magnitude: Axes, phase: Axes, measured: pd.DataFrame, near: Any) -> None:
+    """Draw the lines with their intervals, phases at most half a turn from a law."""
+    known = measured["known"].to_numpy()
+    rows, law = measured[known], near[known]
+    dots = {"fmt": ".", "color": DATA, "ecolor": DATA, "elinewidth": 0.5, "markersize": 4}
+    label = "as measured, with 95 % interval"
+    size = rows["size"]
+    magnitude.errorbar(rows["frequency"], size, yerr=rows["along"] * size, label=label, **dots)
+    angle = np.degrees(np.angle(law) + np.angle(rows["value"].to_numpy() / law))
+    phase.errorbar(rows["frequency"], angle, yerr=np.degrees(rows["across"]), **dots)
+
+
+def _likely(laws: pd.DataFrame) -> pd.DataFrame:
+    """The best laws of a kind of port, as far as they are not far behind the best."""
+    share = laws["probability"] / max(laws["probability"].iloc[0], np.finfo(float).tiny)
+    return laws[(share > LEAST) | (np.arange(len(laws)) == 0)].head(len(STYLES))
+
+
+def _values(law: Any, lines: np.ndarray, is_compliance: bool) -> np.ndarray:
+    stiffness = np.asarray(law.dynamic_stiffness(jnp.asarray(2 * np.pi * lines)))
+    return 1 / stiffness if is_compliance else stiffness
+
+
+def _range(size: pd.Series, curves: Sequence[np.ndarray]) -> tuple[float, float]:
+    """Limits of the magnitude: the best law, and most of what was measured."""
+    shown = np.concatenate([np.abs(curves[0]), np.quantile(size, [0.02, 0.98])])
+    middle, half = np.sqrt(shown.min() * shown.max()), np.sqrt(shown.max() / shown.min())
+    half = max(half * ROOM, LEAST_RANGE)
+    return middle / half, middle * half
 
 
 def _along(panel: Axes, curve: pd.DataFrame, best: Any, experiment: Experiment | None) -> None:

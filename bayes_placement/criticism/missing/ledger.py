@@ -13,7 +13,7 @@ from ...experiment.experiment import Experiment
 from ...inference.alternative_explanation import Alternative
 from ...inference.units import percent
 from ...positions.reprs import notebook_html
-from ..reach.reach import Reach
+from ..reach.reach import Reach, only_port
 from ._claims import SCHEMA
 from ._estimates import number_or_none
 from ._narrow_text import gained, narrow
@@ -92,6 +92,21 @@ class Ledger:
     effects: tuple[Mapping[str, Any], ...] = field(default=(), repr=False)
     reach: Reach | None = field(default=None, repr=False)
     standing: Standing = field(default_factory=Standing, repr=False)
+
+    @property
+    def port(self) -> str | None:
+        """Kind of port on which the claimed effect acts; None as for `z`."""
+        return only_port(self.reach, [effect["acts_on"] for effect in self.effects])
+
+    @property
+    def z(self) -> pd.DataFrame | None:
+        """Law as measured at the port of the claimed effect, see `Reach.law_as_measured`.
+
+        None where no effect or several are claimed, or the effect acts on no port: a law that is
+        read on the model as given takes up all that this lacks.
+        """
+        read = self.reach if self.port else None
+        return read.law_as_measured(self.port) if read else None
 
     def to_json(self) -> dict[str, Any]:
         """Return the ledger as numbers and words for a file."""

@@ -11,7 +11,7 @@ from ..._files import write_json
 from ...inference.alternative_explanation import Alternative
 from ...inference.chi2 import LEVEL
 from ...positions.reprs import notebook_html
-from ..reach.reach import Reach
+from ..reach.reach import Reach, only_port
 from ._estimates import number_or_none
 from ._narrow_text import gained, narrow
 from ._posterior_odds import NONE, NOTHING
@@ -81,6 +81,28 @@ class Ranking:
     record: Mapping[str, Any] = field(default_factory=dict, repr=False)
     reach: Reach | None = field(default=None, repr=False)
     standing: Standing = field(default_factory=Standing, repr=False)
+
+    @property
+    def port(self) -> str | None:
+        """Kind of port on which the claimed effect acts; None as for `z`."""
+        acts_on = [
+            effect.acts_on
+            for step in self.steps
+            if step.kind in self.claimed and step.experiment is not None
+            for effect in step.experiment.effects
+            if effect.name == step.added
+        ]
+        return only_port(self.reach, acts_on)
+
+    @property
+    def z(self) -> pd.DataFrame | None:
+        """Law as measured at the port of the claimed effect, see `Reach.law_as_measured`.
+
+        None where no effect or several are claimed, or the effect acts on no port: a law that is
+        read on the model as given takes up all that this lacks.
+        """
+        read = self.reach if self.port else None
+        return read.law_as_measured(self.port) if read else None
 
     def to_json(self) -> dict[str, Any]:
         """Return the ranking as numbers and words for a file."""

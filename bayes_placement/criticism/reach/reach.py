@@ -136,6 +136,22 @@ class Reach:
         return notebook_html(repr(self), self.kinds(), self.words()[1:])
 
 
+def only_port(reach: Reach | None, acts_on: Sequence[str]) -> str | None:
+    """Kind of port of one claimed effect, whose law was read; None of none, or of several.
+
+    With several the law that is read on the model as given takes up what the others do.
+
+    Parameters
+    ----------
+    reach
+        What laws can do, or None.
+    acts_on
+        What each claimed effect acts on.
+    """
+    is_read = reach is not None and len(acts_on) == 1 and acts_on[0] in reach.measured
+    return acts_on[0] if is_read else None
+
+
 def reach_of(
     problem: Problem, squares: float, ports: Sequence[ReachOfPort], laws: Sequence[NamedLaw]
 ) -> Reach:
