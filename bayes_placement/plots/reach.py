@@ -160,7 +160,13 @@ def _dots(magnitude: Axes, phase: Axes, measured: pd.DataFrame, near: Any) -> No
     """Draw the lines with their intervals, phases at most half a turn from a law."""
     known = measured["known"].to_numpy()
     rows, law = measured[known], near[known]
-    dots = {"fmt": ".", "color": DATA, "ecolor": DATA, "elinewidth": 0.5, "markersize": 4}
+    dots: dict[str, Any] = {
+        "fmt": ".",
+        "color": DATA,
+        "ecolor": DATA,
+        "elinewidth": 0.5,
+        "markersize": 4,
+    }
     label = "as measured, with 95 % interval"
     size = rows["size"]
     magnitude.errorbar(rows["frequency"], size, yerr=rows["along"] * size, label=label, **dots)

@@ -1,5 +1,6 @@
 """Effects on every kind of port against a fine mesh that this package did not make."""
 
+import dataclasses
 import functools
 
 import jax
@@ -13,6 +14,7 @@ from bayes_placement._types import InputError
 from bayes_placement.effects import Dashpot, LossySpring, Mass, Spring
 from bayes_placement.experiment.frf import receptance
 from bayes_placement.modes.points import Points
+from tests.criticism.reach import cantilever
 from tests.simulator import fine_beams
 from tests.simulator.fine_beams import BENDING, HEAVY, LENGTH, PER_LENGTH, STIFF, row, spread
 
@@ -129,6 +131,35 @@ def test_what_is_attached_acts_as_on_a_fine_mesh(kind):
     exact = fine_beams.receptance(PLACES, OMEGA, added)
     assert deviation(response(effect), exact) < CLOSE.get(kind, 2e-6)
     assert deviation(plain(), exact) > 0.02
+
+
+LAW = LossySpring(3e4, 0.2) | Dashpot(20.0)
+LINES = OMEGA / (2 * np.pi)
+TABLE = effects.Tabulated(LINES, LAW.dynamic_stiffness(jnp.asarray(OMEGA)))
+PORTS = {
+    "displacement": lambda law: effects.attached(AT, law),
+    "rotation": lambda law: effects.attached(AT, law, motion="rotation"),
+    "cut": lambda law: effects.inserted(AT, law),
+    "strut": lambda law: effects.strut(AT, TO, law),
+    "segment": lambda law: effects.over(MIDDLE, EXTENT, law),
+}
+
+
+@pytest.mark.parametrize("port", PORTS)
+def test_a_table_acts_as_the_network_that_it_was_made_of(port):
+    found, exact = response(PORTS[port](TABLE)), response(PORTS[port](LAW))
+    assert deviation(found, exact) < 1e-9
+    assert deviation(response(PORTS[port](0.9 * TABLE)), exact) > 1e-4
+    np.testing.assert_array_equal(
+        response(dataclasses.replace(PORTS[port](TABLE), strength=0.0)), response()
+    )
+
+
+def test_a_table_must_reach_all_lines_of_an_experiment():
+    setup = cantilever.experiment()  # from 8 to 900 Hz
+    with pytest.raises(InputError, match="a table from 8 to 900 Hz is needed"):
+        setup + effects.attached(AT, effects.Tabulated([8.0, 800.0], [1e4, 1e4]))
+    assert setup + effects.attached(AT, effects.Tabulated([8.0, 900.0], [1e4, 1e4]))
 
 
 @pytest.mark.parametrize("ends", ["fixed-pinned", "free-free", "pinned-pinned"])

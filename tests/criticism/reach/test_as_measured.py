@@ -17,7 +17,7 @@ from bayes_placement.laws.rows import DECADES, NUMBERS
 from tests.criticism.reach import cantilever
 from tests.simulator import fine_beams
 
-LINES = np.geomspace(8.0, 900.0, 40)
+LINES = np.geomspace(8.0, 900.0, 24)
 OMEGA = 2 * np.pi * LINES
 NOISE = 1e-4
 REPLICATES = 12
