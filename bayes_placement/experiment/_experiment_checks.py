@@ -143,14 +143,15 @@ def static_line(frequency: Any, modes: Modes) -> None:
         )
 
 
-def lines_of_tables(structure: Structure, frequency: Any, observe: Observation) -> None:
-    """Refuse laws that are tables where they are needed beyond their lines.
+def lines_of_structure(structure: Structure, frequency: Any, observe: Observation) -> None:
+    """Refuse lines at which a structure has no response, or a law that is a table no value.
 
     Raises
     ------
     InputError
-        If a line is outside of a table, or modes are observed.
+        If there is one, or modes are observed where a law is a table.
     """
+    static_line(frequency, structure.modes)
     for table in tables_in(structure.effects):
         if observe.is_modal:
             raise InputError(

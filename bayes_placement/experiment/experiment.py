@@ -124,8 +124,7 @@ class Experiment(eqx.Module):
         self.sensor = by_name(sensors, structure.modes, least)
         self.actuator = by_name(actuators, structure.modes, least)
         self.frequency = _experiment_checks.lines(observe.lines(frequency))
-        _experiment_checks.static_line(self.frequency, structure.modes)
-        _experiment_checks.lines_of_tables(structure, self.frequency, observe)
+        _experiment_checks.lines_of_structure(structure, self.frequency, observe)
         self.observe = observe.on(self.sensor_channels)
         self.noise = noise
         self.instrument_effects = OrderedDict()
@@ -173,7 +172,7 @@ class Experiment(eqx.Module):
         return self.with_errors(None if model_error is None else model_error.on(Scales(self)))
 
     def _with_structure(self, structure: Structure) -> "Experiment":
-        _experiment_checks.lines_of_tables(structure, self.frequency, self.observe)
+        _experiment_checks.lines_of_structure(structure, self.frequency, self.observe)
         changed = eqx.tree_at(lambda tree: tree.structure, self, structure)
         return changed if self.model_error is None else changed.with_errors(self.model_error)
 
