@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import jax
 import matplotlib as mpl
 import numpy as np
+import pandas as pd
 import numpyro.distributions as dist
 import scipy.sparse
 
@@ -406,6 +407,15 @@ def folder():
         "0 0 0 1 0 0 1 1 0\nCELLS 1 4\n3 0 1 2\nCELL_TYPES 1\n5\n"
     )
     return path
+
+
+LAW = pd.DataFrame({"frequency": [5.0, 9.0], "real": [1e4, 2e4], "imaginary": 50.0, "unit": "N/m"})
+
+
+def law_file():
+    """A law as a table."""
+    LAW.to_csv(folder() / "law.csv", index=False)
+    return str(folder() / "law.csv")
 
 
 @functools.cache
@@ -965,6 +975,15 @@ def calls_of_effects():
         | of_registry(OF_NETWORKS, of_element)
         | calls
         | {
+            "effects.Tabulated": Call(
+                bp.effects.Tabulated,
+                {
+                    "frequency": array([1.0, 1e4]),
+                    "stiffness": array([1e4 + 5e2j, 2e4 + 2e3j]),
+                    "strength": number(0.5),
+                },
+                lambda law: structure() + bp.effects.attached(0.4, law),
+            ),
             "effects.library": Call(
                 bp.effects.library,
                 {
@@ -1484,6 +1503,10 @@ def calls_of_files():
                 "measurement": thing(measurement()),
                 "binary": flag(False),
             },
+        ),
+        "io.laws.read_law": Call(bp.io.read_law, {"path": path(law_file())}),
+        "io.laws.write_law": Call(
+            bp.io.write_law, {"path": path(str(files / "law.unv"), "missing"), "table": thing(LAW)}
         ),
         "io.uff.left_out": Call(bp.io.uff.left_out, {"path": uff}),
         "io.uff.node_numbers": Call(bp.io.uff.node_numbers, {"measurement": thing(measurement())}),

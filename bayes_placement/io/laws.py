@@ -25,7 +25,7 @@ FORCES, MOTION = (13, 9), 8
 UNSTATED = ("", "NONE")
 
 
-class Side(NamedTuple):
+class _Side(NamedTuple):
     """Numerator or denominator of a law: data type, name of the axis and unit."""
 
     data_type: int
@@ -33,8 +33,8 @@ class Side(NamedTuple):
     unit: str
 
 
-FORCE_SIDE, MOMENT_SIDE = Side(FORCES[0], "Force", "N"), Side(FORCES[0], "Moment", "N m")
-LENGTH_SIDE, ANGLE_SIDE = Side(MOTION, "Displacement", "m"), Side(MOTION, "Rotation", "rad")
+FORCE_SIDE, MOMENT_SIDE = _Side(FORCES[0], "Force", "N"), _Side(FORCES[0], "Moment", "N m")
+LENGTH_SIDE, ANGLE_SIDE = _Side(MOTION, "Displacement", "m"), _Side(MOTION, "Rotation", "rad")
 
 SIDES = {
     "N/m": (FORCE_SIDE, LENGTH_SIDE),
@@ -83,7 +83,7 @@ def write_law(path: str | Path, table: pd.DataFrame) -> None:
     write_atomically(path, lambda temporary: temporary.write_bytes(content))
 
 
-def _dataset(table: pd.DataFrame, above: Side, below: Side) -> bytes:
+def _dataset(table: pd.DataFrame, above: _Side, below: _Side) -> bytes:
     values = table["real"].to_numpy(float) + 1j * table["imaginary"].to_numpy(float)
     records = [_record(side.data_type, side.axis, side.unit) for side in (above, below)]
     lines = ("Law as measured at a port", "NONE", "NONE", "NONE", "NONE")

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from .._sites import unit
-from .._types import InputError, Parameter
+from .._types import InputError, Parameter, shown
 from .law import Element, Omega, Scaled, Stiffness
 
 ALIKE = 1e-6
@@ -21,11 +21,25 @@ COMPLIANCES = ("m/N", "rad/(N m)")
 
 
 def _lines(values: Any) -> tuple[float, ...]:
-    return tuple(np.ravel(np.asarray(values, float)).tolist())
+    return tuple(_row("frequency", values, "iuf").astype(float).tolist())
 
 
 def _complex_numbers(values: Any) -> tuple[complex, ...]:
-    return tuple(np.ravel(np.asarray(values, complex)).tolist())
+    return tuple(_row("stiffness", values, "iufc").astype(complex).tolist())
+
+
+def _row(name: str, values: Any, kinds: str) -> np.ndarray:
+    """Values as an array of one axis."""
+    try:
+        array = np.asarray(values)
+    except ValueError:  # rows of different lengths
+        array = np.empty(0, dtype=object)
+    if array.dtype.kind not in kinds or array.ndim != 1:
+        raise InputError(
+            f"{name}={shown(values)} was given; a list of numbers is needed, since a table has one "
+            "for each line: effects.Tabulated([10.0, 100.0], [1e4 + 5e2j, 1.1e4 + 2e3j])."
+        )
+    return array
 
 
 class Tabulated(Element):

@@ -132,7 +132,7 @@ def law(
     ends = lines[0] / MARGIN, lines[-1] * MARGIN
     noun = "compliance" if is_compliance else "dynamic stiffness"
     magnitude.set(xscale="log", yscale="log", xlim=ends, ylabel=f"{noun} [{unit}]")
-    magnitude.set_ylim(*_range(measured["size"], curves))
+    magnitude.set_ylim(*_range(measured, curves[0]))
     magnitude.tick_params(axis="x", which="both", labelbottom=False)
     phase.set(xscale="log", xlim=ends, xlabel="frequency [Hz]", ylabel="phase [degrees]")
     phase.yaxis.set_major_locator(MultipleLocator(45))
@@ -185,9 +185,10 @@ def _values(law: Any, lines: np.ndarray, is_compliance: bool) -> np.ndarray:
     return 1 / stiffness if is_compliance else stiffness
 
 
-def _range(size: pd.Series, curves: Sequence[np.ndarray]) -> tuple[float, float]:
-    """Limits of the magnitude: the best law, and most of what was measured."""
-    shown = np.concatenate([np.abs(curves[0]), np.quantile(size, [0.02, 0.98])])
+def _range(measured: pd.DataFrame, law: np.ndarray) -> tuple[float, float]:
+    """Limits of the magnitude: a law, and most of what was measured."""
+    sizes = measured["size"][measured["known"]]
+    shown = np.concatenate([np.abs(law), np.quantile(sizes, [0.02, 0.98]) if len(sizes) else []])
     middle, half = np.sqrt(shown.min() * shown.max()), np.sqrt(shown.max() / shown.min())
     half = max(half * ROOM, LEAST_RANGE)
     return middle / half, middle * half

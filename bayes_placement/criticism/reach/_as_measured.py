@@ -3,7 +3,8 @@
 On one port residuals are r + a t at each line, so that the law follows from least squares at each
 line, at the place and the unknowns of a law that was fitted in full. What these leave open adds to
 its variance: cov(Z) = 1 / I + J C J', with the slope J of Z along the other unknowns and their
-covariance C (law of total variance, to first order).
+covariance C (law of total variance, to first order). That a line has a part in C is left aside:
+intervals are a little too wide where lines are few.
 """
 
 from typing import Any

@@ -135,5 +135,5 @@ def test_the_interval_at_a_line_holds_the_law_at_95_percent_of_lines(kind):
     # Lines share the unknowns, replicates share nothing.
     shares = inside.mean(axis=(1, 2))
     error = np.hypot(shares.std() / np.sqrt(REPLICATES), 0.005)
-    # A line also has a part in what the unknowns are known by: where lines are few, more are inside.
+    # A line has a part in what the unknowns are known by: where lines are few, more are inside.
     assert 0.95 - 3 * error < shares.mean() < 0.99, (shares.mean(), error)
