@@ -20,8 +20,8 @@ from typing import Any, NamedTuple
 import jax
 import matplotlib as mpl
 import numpy as np
-import pandas as pd
 import numpyro.distributions as dist
+import pandas as pd
 import scipy.sparse
 
 import bayes_placement as bp

@@ -1,5 +1,6 @@
 """Where a law acts that is in no list, and which: data of a mesh apart from this package."""
 
+import dataclasses
 import functools
 
 import jax.numpy as jnp
@@ -9,6 +10,7 @@ import pytest
 import bayes_placement as bp
 from bayes_placement._types import InputError
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
+from bayes_placement.criticism.missing.ledger import Ledger
 from tests.criticism.reach.cantilever import (
     AT,
     LINES,
@@ -103,3 +105,17 @@ def test_amplitudes_are_refused():
     setup = experiment(bp.observe.LogAmplitude("acceleration"))
     with pytest.raises(InputError, match="complex FRFs"):
         bp.reach(setup, measured(maxwell))
+
+
+@pytest.mark.parametrize(
+    ("acts_on", "port"),
+    [(["rotation"], "rotation"), ([], None), (["channel"], None), (["rotation", "cut"], None)],
+)
+def test_the_law_of_a_ledger_is_that_at_the_port_of_its_only_claim(acts_on, port):
+    empty = dict.fromkeys(field.name for field in dataclasses.fields(Ledger))
+    entries = tuple({"acts_on": word} for word in acts_on)
+    found = reached(maxwell, False)
+    ledger = Ledger(**empty | {"effects": entries, "reach": found})
+    assert ledger.port == port
+    expected = None if port is None else found.law_as_measured(port)
+    assert ledger.z is None if port is None else ledger.z.equals(expected)
