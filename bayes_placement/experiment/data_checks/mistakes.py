@@ -1,0 +1,147 @@
+"""Mistakes of a whole record: what was made of the right FRFs, and the line that mends it."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Complex, Float
+
+from ..quantities import QUANTITIES, quantity_of
+
+Model = Complex[np.ndarray, "draw sensor actuator frequency"]
+Values = Float[np.ndarray, "*draw sensor actuator frequency"]
+Frequency = Float[np.ndarray, "frequency"]
+Size = Callable[[Complex[np.ndarray, "sensor actuator frequency"], Model, Frequency], Values]
+Phase = Callable[[Values], Values]
+
+DECIBEL = np.log(10.0) / 20
+"""Natural logarithm of the amplitude in a decibel."""
+
+DEGREE = np.pi / 180
+
+
+class Mistake(NamedTuple):
+    """What was made of the right FRFs.
+
+    Parameters
+    ----------
+    words
+        What the FRFs look like, after "look".
+    remedy
+        The line that mends it.
+    log_size
+        Natural logarithm of the right amplitude, by the record, the model and the frequency [Hz];
+        NaN where no amplitude gives such a record.
+    log_slope
+        Logarithm of the change of that by that of log |record|.
+    phase
+        What the mistake makes of a phase [rad].
+    axis
+        Frequencies of the record over the right ones.
+    is_of_parts
+        Whether one sensor or one actuator alone may have it.
+    """
+
+    words: str
+    remedy: str
+    log_size: Size = lambda frf, model, frequency: np.log(np.abs(frf))
+    log_slope: Callable[[Values], Values] = np.zeros_like
+    phase: Phase = lambda phase: phase
+    axis: float = 1.0
+    is_of_parts: bool = False
+
+
+def mistakes(quantity: str) -> list[Mistake]:
+    """Every mistake that a record of a quantity may have."""
+    return [*_OF_NUMBERS, *_OF_AXES, *(_derivative(quantity, power) for power in (-2, -1, 1, 2))]
+
+
+def _decibels(frf: np.ndarray, model: Model, frequency: Frequency) -> Values:
+    """Logarithm of the amplitude by decibels, whose sign is that of the model if not known."""
+    is_real = ~np.any(frf.imag, axis=-1, keepdims=True)
+    sign = np.where(is_real, np.sign(frf.real), np.sign(np.log(np.abs(model))))
+    return np.asarray(DECIBEL * sign * np.abs(frf))
+
+
+def _without_decibels(frf: np.ndarray, model: Model, frequency: Frequency) -> Values:
+    size = np.log(np.abs(frf)) / DECIBEL
+    return np.log(np.where(size > 0, size, np.nan))
+
+
+def _derivative(quantity: str, power: int) -> Mistake:
+    """A quantity that was stated, and differentiated so many times more; integrated if negative."""
+    stated = quantity_of(quantity)
+    order = stated.derivative + power
+    names = {known.derivative: known.frf for known in QUANTITIES}
+    times = "once" if abs(power) == 1 else "twice"
+    words = f"{'differentiated' if power > 0 else 'integrated'} {times} against {stated.frf}"
+    remedy = (
+        f'they are {names[order]}, quantity="{names[order]}"'
+        if order in names
+        else f"{'divide' if power > 0 else 'multiply'} them by (2j * np.pi * frequency) ** "
+        f"{abs(power)}"
+    )
+    return Mistake(
+        words,
+        remedy,
+        log_size=lambda frf, model, frequency: np.log(np.abs(frf)) - power * np.log(frequency),
+        phase=lambda phase: phase + power * np.pi / 2,
+    )
+
+
+_OF_NUMBERS = (
+    Mistake(
+        "conjugated, as of FRFs for exp(-i omega t) with a phase that rises through resonances",
+        "those for exp(i omega t) are needed: give their complex conjugates, frf.conj(), or "
+        'convention = "exp(-i w t)" in a mapping',
+        phase=lambda phase: -phase,
+        is_of_parts=True,
+    ),
+    Mistake(
+        "inverted, as of force and response that were swapped",
+        "motion per force is needed: give 1 / frf, or swap the two channels",
+        log_size=lambda frf, model, frequency: -np.log(np.abs(frf)),
+        phase=lambda phase: -phase,
+        is_of_parts=True,
+    ),
+    Mistake(
+        "like decibels that were taken for linear amplitudes",
+        "give amplitudes 10 ** (decibels / 20), with the phases, or observe=observe.LogAmplitude() "
+        "where there are none",
+        log_size=_decibels,
+        log_slope=lambda log_size: np.log(np.abs(log_size)),
+        is_of_parts=True,
+    ),
+    Mistake(
+        "like linear amplitudes that were taken for decibels",
+        "give the amplitudes as they are in the file, not 10 ** (amplitude / 20)",
+        log_size=_without_decibels,
+        log_slope=lambda log_size: -np.log(DECIBEL) - log_size,
+        is_of_parts=True,
+    ),
+    Mistake(
+        "made with phases in degrees that were taken for radians",
+        "radians are needed: amplitude * np.exp(1j * np.deg2rad(phase))",
+        phase=lambda phase: phase / DEGREE,
+        is_of_parts=True,
+    ),
+    Mistake(
+        "made with phases in radians that were taken for degrees",
+        "leave np.deg2rad out: amplitude * np.exp(1j * phase)",
+        phase=lambda phase: phase * DEGREE,
+        is_of_parts=True,
+    ),
+)
+
+_OF_AXES = (
+    Mistake(
+        "to have lines in rad/s that were taken for Hz",
+        "lines in Hz are needed: divide them by 2 pi, or state the unit rad/s in a mapping",
+        axis=2 * np.pi,
+    ),
+    Mistake(
+        "to have lines in Hz that were taken for rad/s",
+        "lines in Hz are needed: multiply them by 2 pi, or state the unit Hz in a mapping",
+        axis=1 / (2 * np.pi),
+    ),
+)
