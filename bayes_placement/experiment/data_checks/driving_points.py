@@ -7,7 +7,6 @@ from jaxtyping import Bool, Complex, Float
 
 from .._noise_level import FEWEST_LINES
 from ..quantities import quantity_of
-from .phase import rising
 from .prior_responses import prior_responses
 from .record import Fault, Pair, Record
 
@@ -38,10 +37,8 @@ def check(record: Record) -> Iterator[Fault]:
     The power that a force brings in is |F|^2 Re(mobility) / 2, which no passive structure makes
     negative. A line counts where the phase is more than 10 degrees and four deviations of the
     noise on the wrong side. Where sensor and actuator may sit apart, as many lines may do so as in
-    the worst of some draws from the priors. Complex conjugates are reported by the check of phases.
+    the worst of some draws from the priors.
     """
-    if rising(record):
-        return
     lines = _lines(record)
     for pair, sign in record.driving_points.items():
         if not record.measured[pair]:

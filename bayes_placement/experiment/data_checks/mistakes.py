@@ -8,11 +8,11 @@ from jaxtyping import Complex, Float
 
 from ..quantities import QUANTITIES, quantity_of
 
-Model = Complex[np.ndarray, "draw sensor actuator frequency"]
-Values = Float[np.ndarray, "*draw sensor actuator frequency"]
+Records = Complex[np.ndarray, "pair frequency"]
+Model = Complex[np.ndarray, "draw pair frequency"]
 Frequency = Float[np.ndarray, "frequency"]
-Size = Callable[[Complex[np.ndarray, "sensor actuator frequency"], Model, Frequency], Values]
-Phase = Callable[[Values], Values]
+Values = Float[np.ndarray, "*draw pair frequency"]
+Change = Callable[[Values], Values]
 
 DECIBEL = np.log(10.0) / 20
 """Natural logarithm of the amplitude in a decibel."""
@@ -44,11 +44,17 @@ class Mistake(NamedTuple):
 
     words: str
     remedy: str
-    log_size: Size = lambda frf, model, frequency: np.log(np.abs(frf))
-    log_slope: Callable[[Values], Values] = np.zeros_like
-    phase: Phase = lambda phase: phase
+    log_size: Callable[[Records, Model, Frequency], Values] = lambda frf, model, frequency: np.log(
+        np.abs(frf)
+    )
+    log_slope: Change = np.zeros_like
+    phase: Change = lambda phase: phase
     axis: float = 1.0
     is_of_parts: bool = False
+
+
+AS_GIVEN = Mistake("as given", "")
+"""No mistake."""
 
 
 def mistakes(quantity: str) -> list[Mistake]:
@@ -56,14 +62,22 @@ def mistakes(quantity: str) -> list[Mistake]:
     return [*_OF_NUMBERS, *_OF_AXES, *(_derivative(quantity, power) for power in (-2, -1, 1, 2))]
 
 
-def _decibels(frf: np.ndarray, model: Model, frequency: Frequency) -> Values:
+def swapped(side: str, first: str, second: str) -> Mistake:
+    """Two transducers of a side, each with the record of the other."""
+    return Mistake(
+        f"like those of {first} and {second} swapped",
+        f'exchange the two names, or add effects.swapped_{side}s("{first}", "{second}")',
+    )
+
+
+def _decibels(frf: Records, model: Model, frequency: Frequency) -> Values:
     """Logarithm of the amplitude by decibels, whose sign is that of the model if not known."""
     is_real = ~np.any(frf.imag, axis=-1, keepdims=True)
     sign = np.where(is_real, np.sign(frf.real), np.sign(np.log(np.abs(model))))
     return np.asarray(DECIBEL * sign * np.abs(frf))
 
 
-def _without_decibels(frf: np.ndarray, model: Model, frequency: Frequency) -> Values:
+def _without_decibels(frf: Records, model: Model, frequency: Frequency) -> Values:
     size = np.log(np.abs(frf)) / DECIBEL
     return np.log(np.where(size > 0, size, np.nan))
 

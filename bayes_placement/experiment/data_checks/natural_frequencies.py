@@ -1,6 +1,6 @@
 """Resonances of the data compared with natural frequencies of the model: mistaken units."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,11 +18,6 @@ if TYPE_CHECKING:
 FEWEST_RESONANCES = 3
 """Resonances that are not all near natural frequencies by chance."""
 
-WITHIN = 0.05
-"""Relative distance of a resonance from the natural frequency of a mode that is not as drawn."""
-
-RADIANS = 2 * np.pi
-
 NaturalFrequencies = Float[np.ndarray, "mode"]
 
 
@@ -35,7 +30,7 @@ def can_check(record: Record) -> bool:
 
 
 def check(record: Record) -> Iterator[Fault]:
-    """Find natural frequencies that are all outside of the lines, and lines in rad/s."""
+    """Find natural frequencies that are all outside of the lines."""
     measured = record.frequency[resonances((record.measurement,))]
     if measured.size < FEWEST_RESONANCES:
         return
@@ -44,17 +39,6 @@ def check(record: Record) -> Iterator[Fault]:
     first = next(record.pairs)
     if not any(np.any((modes >= low) & (modes <= high)) for modes in draws):
         yield _outside(record, first, draws[0])
-    elif _count_matched(measured, draws) <= measured.size / 2:
-        of_radians = _count_matched(measured / RADIANS, draws)
-        if of_radians == measured.size:
-            yield record.fault(
-                first,
-                float(of_radians),
-                measured.size / 2,
-                f"All {measured.size} resonances lie at 2 pi times natural frequencies of the "
-                "model, as of lines in rad/s that were taken for Hz; lines in Hz are needed: "
-                "divide them by 2 pi, or state the unit rad/s in a mapping.",
-            )
 
 
 def natural_frequencies(experiment: "Experiment") -> list[NaturalFrequencies]:
@@ -75,18 +59,6 @@ def _outside(record: Record, first: Pair, modes: NaturalFrequencies) -> Fault:
         f"{elastic[-1]:.3g} Hz), as of a modulus in GPa or a length in mm; Pa, m, kg/m³ and Hz are "
         "needed: youngs_modulus=70e9.",
     )
-
-
-def _count_matched(
-    resonant: Float[np.ndarray, "resonance"], draws: Sequence[NaturalFrequencies]
-) -> int:
-    """Most resonances that lie at natural frequencies of one draw."""
-
-    def count(modes: NaturalFrequencies) -> int:
-        apart = np.abs(modes / resonant[:, None] - 1)
-        return int(np.sum(np.min(apart, axis=1) < WITHIN))
-
-    return max(map(count, draws))
 
 
 def _natural_frequency(experiment: "Experiment") -> Array:

@@ -1,6 +1,6 @@
 """One run of a measurement in the channels of an experiment, with the noise of each FRF."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -94,6 +94,12 @@ class Record:
         """Name of a pair: sensor channel / actuator channel."""
         sensor = self.measurement.sensors[pair.sensor].label
         return f"{sensor} / {self.measurement.actuators[pair.actuator].label}"
+
+    def whose(self, pairs: Sequence[Pair]) -> str:
+        """Say how many of the FRFs some pairs are, and which is the first."""
+        count = len(list(self.pairs))
+        where = "All FRFs" if len(pairs) == count else f"{len(pairs)} of {count} FRFs"
+        return f"{where} (first {self.label(pairs[0])})"
 
     def fault(self, pair: Pair, value: float, threshold: float, sentence: str) -> Fault:
         """Return a fault that was seen in a pair."""

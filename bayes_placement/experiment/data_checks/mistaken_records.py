@@ -1,0 +1,176 @@
+"""Mistaken records: those far more like responses of the structure once a mistake is undone."""
+
+from collections.abc import Iterator
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Complex, Float, Int
+from scipy.special import logsumexp
+
+from .._noise_level import FEWEST_LINES
+from ..observe import LogAmplitude
+from .likeness import like_nothing, log_likelihoods
+from .mistakes import AS_GIVEN, Mistake, Records, mistakes, swapped
+from .prior_responses import prior_responses
+from .record import Fault, Pair, Record
+
+MISTAKEN = 0.01
+"""Prior probability that a record is mistaken, shared by all mistakes."""
+
+LEAST_ODDS = 20.0
+"""Posterior odds, against the record as given, from which on a mistake is named."""
+
+MOST_VALUES = 8000
+"""Most values of a record that are compared: of more lines every second, or third, is."""
+
+Pairs = Bool[np.ndarray, "pair"]
+Likelihoods = Float[np.ndarray, "draw pair"]
+
+
+class _Hypothesis(NamedTuple):
+    """A mistake of some pairs, and the logarithm of the likelihood of all pairs with it."""
+
+    mistake: Mistake
+    pairs: Pairs
+    log_likelihood: Likelihoods
+
+
+class _Compared(NamedTuple):
+    """Records at the places of their channels, beside responses of the model at draws by axis."""
+
+    frf: Records
+    frequency: Float[np.ndarray, "frequency"]
+    places: Int[np.ndarray, "pair 2"]
+    has_phase: bool
+    responses: dict[float, Complex[np.ndarray, "draw sensor actuator frequency"]]
+
+    def log_likelihood(self, mistake: Mistake) -> Likelihoods:
+        """Logarithm of the likelihood of each pair, if each has a mistake."""
+        model = self.responses[mistake.axis][:, self.places[:, 0], self.places[:, 1]]
+        return log_likelihoods(self.frf, self.frequency, model, mistake, self.has_phase)
+
+    def of(self, pairs: Pairs, places: Int[np.ndarray, "pair 2"]) -> "_Compared":
+        """Some of the pairs, compared with responses at the places of others."""
+        return self._replace(frf=self.frf[pairs], places=places[pairs])
+
+
+def can_check(record: Record) -> bool:
+    """Tell whether there are lines enough."""
+    return int((record.frequency > 0).sum()) >= FEWEST_LINES and bool(_present(record).any())
+
+
+def check(record: Record) -> Iterator[Fault]:
+    """Find the mistake that makes a record far more like responses of the model once undone.
+
+    Each is a hypothesis, whose likelihood is that at draws from the priors, with an error of the
+    model, a gain and a polarity of each pair that are unknown. It must hold for most of its pairs,
+    and beat the record as given and one like no response, a power of the frequency.
+    """
+    compared, names = _compared(record), mistakes(record.measurement.quantity)
+    as_given = compared.log_likelihood(AS_GIVEN)
+    nothing = like_nothing(compared.frf, compared.frequency, compared.has_phase).sum()
+    known = np.logaddexp(_evidence(as_given), nothing)
+    hypotheses = [
+        *_of_all_and_parts(compared, names, as_given),
+        *_of_swapped(record, compared, as_given),
+    ]
+    prior = np.log(MISTAKEN / len(hypotheses))
+    likely = [
+        (_evidence(hypothesis.log_likelihood) - known + prior, hypothesis)
+        for hypothesis in hypotheses
+        if _holds_for_most(hypothesis, as_given)
+    ]
+    log_odds, best = max(likely, key=lambda item: item[0], default=(-np.inf, None))
+    if best is not None and log_odds > np.log(LEAST_ODDS):
+        yield _fault(record, compared, best, log_odds / np.log(10))
+
+
+def _present(record: Record) -> Bool[np.ndarray, "sensor actuator"]:
+    return record.measured & np.any(np.nan_to_num(record.frf), axis=-1)
+
+
+def _compared(record: Record) -> _Compared:
+    present = _present(record)
+    lines = np.flatnonzero(record.frequency > 0)
+    lines = lines[:: 1 + int(present.sum()) * lines.size // MOST_VALUES]
+    frequency = record.frequency[lines]
+    axes = {mistake.axis for mistake in mistakes(record.measurement.quantity)}
+    return _Compared(
+        _without_zeros(record.frf[present][:, lines]),
+        frequency,
+        np.argwhere(present),
+        not isinstance(record.experiment.observe, LogAmplitude),
+        {axis: _responses(record, frequency / axis) for axis in axes},
+    )
+
+
+def _responses(record: Record, frequency: np.ndarray) -> np.ndarray:
+    nominal, draws = prior_responses(record, frequency)
+    return _without_zeros(np.stack([nominal, *draws]))
+
+
+def _without_zeros(frf: np.ndarray) -> np.ndarray:
+    """Values whose logarithm is finite: a part of 1e-9 of the greatest for zero."""
+    return np.where(frf == 0, 1e-9 * np.abs(frf).max() + np.finfo(float).tiny, frf)
+
+
+def _of_all_and_parts(
+    compared: _Compared, names: list[Mistake], as_given: Likelihoods
+) -> Iterator[_Hypothesis]:
+    """Each mistake of all pairs, and of those of one sensor or actuator channel."""
+    for mistake in names:
+        likelihood = compared.log_likelihood(mistake)
+        for pairs in _parts(compared.places) if mistake.is_of_parts else _all(compared.places):
+            yield _Hypothesis(mistake, pairs, np.where(pairs, likelihood, as_given))
+
+
+def _all(places: Int[np.ndarray, "pair 2"]) -> list[Pairs]:
+    return [np.ones(len(places), bool)]
+
+
+def _parts(places: Int[np.ndarray, "pair 2"]) -> list[Pairs]:
+    channels = [side == number for side in places.T for number in np.unique(side)]
+    return [*_all(places), *(pairs for pairs in channels if not pairs.all())]
+
+
+def _of_swapped(
+    record: Record, compared: _Compared, as_given: Likelihoods
+) -> Iterator[_Hypothesis]:
+    """Each two transducers of a side with as many channels, each with the record of the other."""
+    sides = record.measurement.sensors, record.measurement.actuators
+    for number, (side, channels) in enumerate(zip(("sensor", "actuator"), sides, strict=True)):
+        names = np.array([channel.name for channel in channels])
+        for first, second in combinations(dict.fromkeys(names), 2):
+            rows = np.flatnonzero(names == first), np.flatnonzero(names == second)
+            if rows[0].size == rows[1].size:
+                order = np.arange(names.size)
+                order[np.concatenate(rows)] = np.concatenate(rows[::-1])
+                places = compared.places.copy()
+                places[:, number] = order[places[:, number]]
+                pairs = places[:, number] != compared.places[:, number]
+                likelihood = as_given.copy()
+                likelihood[:, pairs] = compared.of(pairs, places).log_likelihood(AS_GIVEN)
+                yield _Hypothesis(swapped(side, first, second), pairs, likelihood)
+
+
+def _evidence(likelihood: Likelihoods) -> float:
+    """Logarithm of the mean likelihood of all pairs over the draws."""
+    return float(logsumexp(likelihood.sum(axis=1)) - np.log(len(likelihood)))
+
+
+def _holds_for_most(hypothesis: _Hypothesis, as_given: Likelihoods) -> bool:
+    better = logsumexp(hypothesis.log_likelihood, axis=0) > logsumexp(as_given, axis=0)
+    return bool(better[hypothesis.pairs].mean() > 0.5)
+
+
+def _fault(record: Record, compared: _Compared, best: _Hypothesis, log10_odds: float) -> Fault:
+    pairs = [Pair(*map(int, place)) for place in compared.places[best.pairs]]
+    odds = f"{10**log10_odds:.0f}" if log10_odds < 3 else f"1e{int(log10_odds)}"
+    return record.fault(
+        pairs[0],
+        log10_odds,
+        float(np.log10(LEAST_ODDS)),
+        f"{record.whose(pairs)} look {best.mistake.words}: undone, they are more like responses of "
+        f"this structure, at odds of {odds} to 1; {best.mistake.remedy}.",
+    )
