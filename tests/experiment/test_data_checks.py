@@ -7,87 +7,23 @@ from pathlib import Path
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
 from bayes_placement.experiment.data_checks import CHECKS
+from tests.experiment.measured_bars import (
+    FREE_LINES,
+    LINES,
+    bar,
+    changed,
+    exchanged,
+    free_beam,
+    kinds,
+    measured,
+)
 from tests.in_space import Linear
 
 DATA = Path(__file__).parents[3] / "shared" / "data"
-LINES = np.linspace(20.0, 900.0, 250)
-FREE_LINES = np.linspace(4.0, 300.0, 250)
-
-
-def bar(sensors, actuators, ends="fixed-fixed"):
-    modes = bp.beams.bar(12, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0, ends=ends)
-    return bp.Experiment(
-        bp.Structure(modes, damping=bp.damping.Modal(dist.Uniform(0.01, 0.03))),
-        sensors=sensors,
-        actuators=actuators,
-        frequency=LINES,
-        observe=bp.observe.Complex("acceleration"),
-        noise=bp.noise.FromCoherence(),
-    )
-
-
-def exchanged():
-    """Two places, each with a sensor and an actuator, the second along the other direction."""
-    sensors = [bp.Sensor("s1", at=0.23), bp.Sensor("s2", at=0.61, directions=(-1,))]
-    return bar(sensors, [bp.Actuator("a1", at=0.23), bp.Actuator("a2", at=0.61)])
-
-
-def free_beam(modulus=1.0):
-    modes = bp.beams.beam(
-        12,
-        length=1.0,
-        area=3e-4,
-        second_moment=2.5e-9,
-        youngs_modulus=dist.Uniform(2.0e11 * modulus, 2.2e11 * modulus),
-        density=7850.0,
-        ends="free-free",
-    )
-    return bp.Experiment(
-        bp.Structure(modes, damping=bp.damping.Modal(0.01)),
-        sensors=[
-            bp.Sensor("s1", at=bp.positions.Segment(0.05, within=0.01)),
-            bp.Sensor("s2", at=0.45),
-        ],
-        actuators=[bp.Actuator("a1", at=bp.positions.Segment(0.95, within=0.01))],
-        frequency=FREE_LINES,
-        observe=bp.observe.Complex("acceleration"),
-        noise=bp.noise.FromCoherence(),
-    )
-
-
-def measured(experiment, *, seed=0, averages=20, quantity="accelerance"):
-    """Measurement of the nominal experiment, with noise as its coherence says."""
-    exact = np.asarray(compiled(bp.Experiment.frf)(experiment.nominal()))
-    random = np.random.default_rng(seed)
-    coherence = random.uniform(0.97, 0.999, exact.shape)
-    deviation = np.abs(exact) * np.sqrt((1 - coherence) / (2 * averages * coherence))
-    noise = random.standard_normal((2, *exact.shape)) * deviation
-    return bp.Measurement.from_arrays(
-        exact + noise[0] + 1j * noise[1],
-        experiment.frequency,
-        sensors=experiment.sensor_channels,
-        actuators=experiment.actuator_channels,
-        quantity="accelerance",
-        coherence=coherence,
-        averages=averages,
-    ).converted(quantity)
-
-
-def changed(measurement, factor, row=0, column=0):
-    """The measurement with one pair multiplied by a factor, or by one for each line."""
-    frf = np.array(measurement.frf)
-    frf[row, column] *= factor
-    return dataclasses.replace(measurement, frf=frf)
-
-
-def kinds(checks):
-    return [name for name, faults in checks.faults.items() if faults]
 
 
 @pytest.mark.parametrize("quantity", ["receptance", "mobility", "accelerance"])
@@ -121,20 +57,6 @@ def test_reversed_polarity_shows_at_the_driving_point(quantity):
     assert part in sentence
 
 
-@pytest.mark.parametrize("quantity", ["receptance", "mobility", "accelerance"])
-@pytest.mark.parametrize("experiment", [exchanged(), free_beam()])
-@pytest.mark.parametrize("coherence", [True, False])
-def test_complex_conjugates_are_told_from_reversed_polarity(experiment, coherence, quantity):
-    data = measured(experiment, quantity=quantity)
-    if not coherence:
-        data = dataclasses.replace(data, coherence=None, averages=None)
-    checks = experiment.check_data(dataclasses.replace(data, frf=np.conj(data.frf)))
-    assert kinds(checks) == ["phase"]
-    (sentence,) = checks.words()
-    assert sentence.startswith("All FRFs (first s1")
-    assert 'convention = "exp(-i w t)"' in sentence
-
-
 @pytest.mark.parametrize("first", range(0, 25, 3))
 def test_lines_too_far_apart_tell_nothing_of_the_sign_of_time(first):
     """Between lines that are far apart the phase of the model itself turns either way."""
@@ -142,21 +64,12 @@ def test_lines_too_far_apart_tell_nothing_of_the_sign_of_time(first):
     assert coarse.check_data(measured(coarse)).passed
 
 
-@pytest.mark.parametrize("form", [np.abs, np.real, lambda frf: 20 * np.log10(np.abs(frf))])
+@pytest.mark.parametrize("form", [np.abs, np.real])
 def test_numbers_without_a_phase_are_told(form):
     data = measured(exchanged())
     checks = exchanged().check_data(dataclasses.replace(data, frf=form(data.frf).astype(complex)))
-    assert "phase" in kinds(checks)
+    assert kinds(checks)[0] == "phase"
     assert "All FRFs (first s1+x / a1+x) have no imaginary part at any line" in str(checks)
-
-
-def test_lines_in_radians_a_second_are_told():
-    exact = measured(free_beam())
-    radians = dataclasses.replace(exact, frequency=2 * np.pi * exact.frequency)
-    faults = free_beam().check_data(radians).faults["natural frequencies"]
-    assert len(faults) == 1
-    assert "in rad/s that were taken for Hz" in faults[0].sentence
-    assert not free_beam().check_data(exact).faults["natural frequencies"]
 
 
 @pytest.mark.parametrize("modulus", [1e-9, 1e9])

@@ -22,6 +22,7 @@ from . import (
     repeated_modes,
     repeated_records,
     rigid_body_line,
+    stated_noise,
 )
 from .record import Fault, Record
 
@@ -65,6 +66,7 @@ CHECKS = tuple(
         ("driving points", driving_points),
         ("reciprocity", reciprocity),
         ("rigid-body line", rigid_body_line),
+        ("stated noise", stated_noise),
         ("mains", mains),
     )
 )
