@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
-from .._types import Progress, UsageError
+from .._types import InputError, Progress, UsageError
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.modal_parameters import ModalParameters
 from ..experiment.model_error import Modal
@@ -16,7 +16,7 @@ from ..inference.infer import InferenceWarning, infer
 from ..io import case, formats, modal_parameters, model
 from ..io._gate import files_read
 from ..io._modal_files import holds_modal_parameters
-from ._lines import choose_lines
+from ._lines import ChosenLines, choose_lines
 from ._run import Output, Run
 from ._terminal import Screen
 
@@ -93,7 +93,7 @@ def read_inputs(
         study, measurement = read_both(path, data, command)
     if model_error and study.experiment.model_error is None:
         study = study._replace(experiment=study.experiment.with_model_error(Modal()))
-    lines = choose_lines(study.experiment, measurement, most_lines)
+    lines = _chosen_lines(screen, study, measurement, most_lines)
     study = study._replace(experiment=lines.experiment)
     has_error = study.experiment.model_error is not None
     settings = {"lines": most_lines, "model_error": has_error, **settings}
@@ -101,6 +101,17 @@ def read_inputs(
     screen.text(f"{study.experiment}\n")
     screen.text(lines.sentence)
     return Inputs(screen, run, study, measurement, print_data_faults(screen, study, measurement))
+
+
+def _chosen_lines(
+    screen: Screen, study: model.Study, measurement: Measurements, most: int | None
+) -> ChosenLines:
+    """Choose lines; where they were not measured, faults of the data say why, as in rad/s."""
+    try:
+        return choose_lines(study.experiment, measurement, most)
+    except InputError:
+        print_data_faults(screen, study, measurement)
+        raise
 
 
 def print_data_faults(screen: Screen, study: model.Study, measurement: Measurements) -> list[str]:

@@ -133,11 +133,13 @@ def check_data(
 ) -> DataChecks:
     """Look for faults of a measurement that no model explains, before any inference.
 
-    Records that occur twice, clipped or flat ones, a coherence of 1 everywhere; resonances where
-    units were mistaken; FRFs without a phase or with that of the other sign of time; driving points
-    that give energy back, pairs that are not reciprocal, free structures off their rigid-body
-    line, and hum of the mains. Lines outside those of the experiment count as well. Where modes are
-    observed, modes of the model that have one natural frequency.
+    Records that occur twice, clipped or flat ones, a coherence of 1 everywhere; records that are
+    conjugated, inverted, differentiated, integrated, in decibels, with phases in degrees, with
+    lines in rad/s or with two channels swapped; resonances where units were mistaken; FRFs without
+    a phase; driving points that give energy back, pairs that are not reciprocal, free structures
+    off their rigid-body line, understated noise, and hum of the mains. Lines outside those of the
+    experiment count as well. Where modes are observed, modes of the model that have one natural
+    frequency.
 
     Parameters
     ----------
