@@ -346,8 +346,8 @@ def test_commands_say_which_lines_they_take_and_what_the_data_checks_say(hidden)
     for output in hidden[1].values():
         assert "Lines: all 20 of the experiment, from 100 to 670 Hz." in output
         assert (
-            "- The data pass their checks: repeated records, overload, natural frequencies, phase."
-            in output
+            "- The data pass their checks: repeated records, overload, mistaken records, natural "
+            "frequencies, phase." in output
         )
 
 
@@ -369,6 +369,30 @@ def test_faults_of_the_data_are_told_once_before_any_work(tmp_path):
     assert "Lines: 12 of 20, from" in done.output
     assert "dense where the FRFs change most against their noise, since --lines 12" in done.output
     assert "12 lines from" in done.output  # as the table of the experiment says
+
+
+MISTAKEN = """
+import dataclasses
+measurement = dataclasses.replace(measurement, {})
+"""
+
+
+def test_lines_in_radians_a_second_are_told_where_none_was_measured(tmp_path):
+    radians = MISTAKEN.format("frequency=2 * np.pi * measurement.frequency")
+    model = written(tmp_path, MODEL, NOTHING, MEASUREMENT, radians)
+    message = refused("check", model, "--out", tmp_path / "out", code=3)
+    assert "look to have lines in rad/s that were taken for Hz" in message
+    assert message.index("in rad/s") < message.index("of the frequencies given were not measured")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("command", ["explain", "improve"])
+def test_mistaken_records_are_told_before_any_search(tmp_path, command):
+    inverted = MISTAKEN.format("frf=1 / measurement.frf")
+    model = written(tmp_path, MODEL, NOTHING, MEASUREMENT, inverted)
+    done = run(command, model, "--effects", "point_mass", "--out", tmp_path / "out")
+    first = done.output.index("look inverted, as of force and response that were swapped")
+    assert first < done.output.index(f"{command}: ")
 
 
 @pytest.mark.long

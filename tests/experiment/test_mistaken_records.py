@@ -89,7 +89,9 @@ def runs(measurement):
     return [measurement] if isinstance(measurement, bp.Measurement) else list(measurement)
 
 
-@pytest.mark.parametrize("experiment", [exchanged(), free_beam()])
+@pytest.mark.parametrize(
+    "experiment", [exchanged(), pytest.param(free_beam(), marks=pytest.mark.long)]
+)
 @pytest.mark.parametrize("words", [words for words in MISTAKES if "degrees" not in words])
 def test_each_mistake_of_a_simulated_record_is_named(experiment, words):
     sentence = only_sentence(experiment, MISTAKES[words](measured(experiment)))
@@ -201,7 +203,9 @@ def test_the_odds_are_the_statistic():
 
 @needs_cases
 @pytest.mark.parametrize("words", list(MISTAKES))
-@pytest.mark.parametrize("name", FEW)
+@pytest.mark.parametrize(
+    "name", [FEW[0], *(pytest.param(name, marks=pytest.mark.long) for name in FEW[1:])]
+)
 def test_each_mistake_of_three_open_cases_is_named(name, words):
     experiment, measurement, *_ = study(name)
     sentence = only_sentence(experiment, MISTAKES[words](measurement))
@@ -221,10 +225,9 @@ def test_each_mistake_of_every_open_case_is_named(name, words):
 
 
 def unlisted():
-    """Cases with effects of no library; models of finite elements take a while to read."""
-    for path in sorted(DATA.glob("unlisted/n*")):
-        is_meshed = path.name.endswith(("plate", "portal"))
-        yield pytest.param(path.name, marks=[pytest.mark.long] if is_meshed else [])
+    """Cases with effects of no library, most of them long, as finite elements are."""
+    for number, path in enumerate(sorted(DATA.glob("unlisted/n*"))):
+        yield pytest.param(path.name, marks=[pytest.mark.long] if number > 3 else [])
 
 
 @needs_cases
