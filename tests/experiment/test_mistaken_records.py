@@ -68,7 +68,7 @@ MISTAKES = {
     "to have lines in Hz": lambda run: dataclasses.replace(
         run, frequency=run.frequency / (2 * np.pi)
     ),
-    "like those of s1 and s2 swapped": swapped,
+    "like those of s1": swapped,
 }
 
 
@@ -129,6 +129,12 @@ def test_one_sensor_alone_may_be_mistaken(words):
     frf[1] = MISTAKES[words](data).frf[1]
     sentence = only_sentence(exchanged(), dataclasses.replace(data, frf=frf))
     assert sentence.startswith(f"2 of 4 FRFs (first s2-x / a1+x) look {words}")
+
+
+def test_swapped_sensors_are_told_with_their_effect():
+    sentence = only_sentence(exchanged(), swapped(measured(exchanged())))
+    assert "like those of s1 and s2 swapped" in sentence
+    assert 'add effects.swapped_sensors("s1", "s2")' in sentence
 
 
 def test_actuators_that_are_swapped_are_told():

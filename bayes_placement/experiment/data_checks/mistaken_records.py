@@ -1,6 +1,6 @@
 """Mistaken records: those far more like responses of the structure once a mistake is undone."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 from scipy.special import logsumexp
 
+from ...positions.channel import Channel
 from .._noise_level import FEWEST_LINES
 from ..observe import LogAmplitude
 from .likeness import like_nothing, log_likelihoods
@@ -25,6 +26,7 @@ MOST_VALUES = 8000
 """Most values of a record that are compared: of more lines every second, or third, is."""
 
 Pairs = Bool[np.ndarray, "pair"]
+Rows = Sequence[int]
 Likelihoods = Float[np.ndarray, "draw pair"]
 
 
@@ -137,21 +139,30 @@ def _parts(places: Int[np.ndarray, "pair 2"]) -> list[Pairs]:
 def _of_swapped(
     record: Record, compared: _Compared, as_given: Likelihoods
 ) -> Iterator[_Hypothesis]:
-    """Each two transducers of a side with as many channels, each with the record of the other."""
-    sides = record.measurement.sensors, record.measurement.actuators
-    for number, (side, channels) in enumerate(zip(("sensor", "actuator"), sides, strict=True)):
-        names = np.array([channel.name for channel in channels])
-        for first, second in combinations(dict.fromkeys(names), 2):
-            rows = np.flatnonzero(names == first), np.flatnonzero(names == second)
-            if rows[0].size == rows[1].size:
-                order = np.arange(names.size)
-                order[np.concatenate(rows)] = np.concatenate(rows[::-1])
-                places = compared.places.copy()
-                places[:, number] = order[places[:, number]]
-                pairs = places[:, number] != compared.places[:, number]
-                likelihood = as_given.copy()
-                likelihood[:, pairs] = compared.of(pairs, places).log_likelihood(AS_GIVEN)
-                yield _Hypothesis(swapped(side, first, second), pairs, likelihood)
+    """Each two transducers, or channels of one, of which each has the record of the other."""
+    for side, channels in enumerate((record.measurement.sensors, record.measurement.actuators)):
+        for mistake, rows, others in _exchanged("sensor" if side == 0 else "actuator", channels):
+            order = np.arange(len(channels))
+            order[[*rows, *others]] = [*others, *rows]
+            places = compared.places.copy()
+            places[:, side] = order[places[:, side]]
+            pairs = places[:, side] != compared.places[:, side]
+            likelihood = as_given.copy()
+            likelihood[:, pairs] = compared.of(pairs, places).log_likelihood(AS_GIVEN)
+            yield _Hypothesis(mistake, pairs, likelihood)
+
+
+def _exchanged(side: str, channels: Sequence[Channel]) -> Iterator[tuple[Mistake, Rows, Rows]]:
+    """Two transducers with as many channels, or two channels of one, and their numbers."""
+    rows: dict[str, list[int]] = {}
+    for row, channel in enumerate(channels):
+        rows.setdefault(channel.name, []).append(row)
+    for first, second in combinations(rows, 2):
+        if len(rows[first]) == len(rows[second]):
+            yield swapped(first, second, side), rows[first], rows[second]
+    for of_one in rows.values():
+        for row, other in combinations(of_one, 2):
+            yield swapped(channels[row].label, channels[other].label), [row], [other]
 
 
 def _evidence(likelihood: Likelihoods) -> float:

@@ -62,12 +62,11 @@ def mistakes(quantity: str) -> list[Mistake]:
     return [*_OF_NUMBERS, *_OF_AXES, *(_derivative(quantity, power) for power in (-2, -1, 1, 2))]
 
 
-def swapped(side: str, first: str, second: str) -> Mistake:
-    """Two transducers of a side, each with the record of the other."""
-    return Mistake(
-        f"like those of {first} and {second} swapped",
-        f'exchange the two names, or add effects.swapped_{side}s("{first}", "{second}")',
-    )
+def swapped(first: str, second: str, side: str = "") -> Mistake:
+    """Two transducers of a side, or two channels, each with the record of the other."""
+    effect = f', or add effects.swapped_{side}s("{first}", "{second}")' if side else ""
+    words = f"like those of {first} and {second} swapped"
+    return Mistake(words, f"exchange the two names{effect}")
 
 
 def _decibels(frf: Records, model: Model, frequency: Frequency) -> Values:
