@@ -1,5 +1,6 @@
 """Every network at the best places of a kind of port; the best of them fitted in full."""
 
+import json
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -15,7 +16,7 @@ from ...laws.law import Law, Tree
 from ...laws.rows import NUMBERS, NetworkRows
 from ._asked import NETWORK, OF_ROW, PLACE
 from ._at_port import Point, ReachOfPort, asked_of_laws, omega_of, reach_of_port
-from ._free_law import FreeLaw
+from ._free_law import FreeLaw, Points
 from ._laws_at_places import laws_at_places
 from ._laws_in_full import LawsInFull
 from ._ports import Port, ports_of
@@ -34,6 +35,9 @@ STRONG = 2 * math.log(20.0)  # a sum of squares is twice a log likelihood
 
 BEST_LAWS = 6
 """Laws of a kind of port that are fitted in full, with their places and all other unknowns."""
+
+REFINED, ROUNDS = 2, 3
+"""Ports of the best laws, and how often every network is fitted there once more, at most."""
 
 
 class NamedLaw(NamedTuple):
@@ -91,12 +95,45 @@ def reached_ports(
     ports = ports_of(problem.experiment)
     pieces = Counter(port.acts_on for port in ports)
     reached: list[ReachOfPort] = []
-    named: list[NamedLaw] = []
+    named: list[list[NamedLaw]] = []
     for port in ports:
         reached.append(reach_of_port(problem, point, port))
-        named += laws_with_names(reached[-1], pieces[port.acts_on])
+        named.append(laws_with_names(reached[-1], pieces[port.acts_on]))
         tick()
-    return reached, named
+    order = sorted(range(len(ports)), key=lambda number: -_log_evidence(_best(named[number])))
+    for number in order[:REFINED]:
+        count = pieces[ports[number].acts_on]
+        named[number] = _refined(reached[number], named[number], count)
+    return reached, [law for laws in named for law in laws]
+
+
+def _refined(reach: ReachOfPort, laws: list[NamedLaw], pieces: int) -> list[NamedLaw]:
+    """The laws, and those at the place of the best of them, while these are better.
+
+    On a grid those laws seem the best whose place matters least.
+    """
+    for _ in range(ROUNDS):
+        before = _best(laws)
+        laws = _best_of_each([*laws, *_laws_at(reach, before.point[None], pieces)])
+        if _log_evidence(_best(laws)) < _log_evidence(before) + STRONG:
+            break
+    return laws
+
+
+def _best(laws: Sequence[NamedLaw]) -> NamedLaw:
+    return max(laws, key=_log_evidence)
+
+
+def _log_evidence(law: NamedLaw) -> float:
+    return law.fit.log_evidence
+
+
+def _best_of_each(laws: Sequence[NamedLaw]) -> list[NamedLaw]:
+    """Of each network the law of the greatest evidence."""
+    best: dict[str, NamedLaw] = {}
+    for law in sorted(laws, key=_log_evidence, reverse=True):
+        best.setdefault(json.dumps(law.tree), law)
+    return [*best.values()]
 
 
 def simplest(laws: Sequence[NamedLaw]) -> list[NamedLaw]:
@@ -146,11 +183,15 @@ def laws_with_names(reach: ReachOfPort, pieces: int) -> list[NamedLaw]:
     pieces
         Number of ports of this kind.
     """
-    port, free, rows = reach.port, reach.free, reach.rows()
     chosen = np.argsort(-reach.log_evidence)[:BEST_PLACES]
-    points = reach.points[chosen]
+    return _laws_at(reach, reach.points[chosen], pieces)
+
+
+def _laws_at(reach: ReachOfPort, points: Points, pieces: int) -> list[NamedLaw]:
+    """Every network at points, each of a place; the best of them in full."""
+    port, free, rows = reach.port, reach.free, reach.rows()
     objective = asked_of_laws(free, points, rows, port, MOST_LINES)
-    fits, _, evidence = laws_at_places(objective, np.arange(len(rows.trees)), len(chosen), STARTS)
+    fits, _, evidence = laws_at_places(objective, np.arange(len(rows.trees)), len(points), STARTS)
     fits = fits.reshape(-1, OF_ROW)
     best: dict[int, Any] = {}  # of each network
     for row in fits[np.argsort(-evidence.ravel())]:
