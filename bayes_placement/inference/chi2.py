@@ -9,6 +9,7 @@ import xarray as xr
 from scipy import stats
 
 from .output_residuals import Chosen, Draws, Residuals, output_residuals
+from .units import three_digits
 
 LEVEL = 0.01
 """Probability that a correct model does not pass."""
@@ -97,7 +98,7 @@ def chi2_in_words(group: Mapping[Any, Any]) -> str:
     """Say how large chi2 is, and how large that of a correct model."""
     names = ("chi2_per_datum", "expected", "spread")
     chi2, expected, spread = (float(group[name]) for name in names)
-    return f"{chi2:.3g}; {expected:.2f} ± {spread:.2f} is expected of a correct model"
+    return f"{three_digits(chi2)}; {expected:.2f} ± {spread:.2f} is expected of a correct model"
 
 
 def p_in_words(value: float) -> str:

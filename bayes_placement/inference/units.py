@@ -24,6 +24,11 @@ SMALL = 1e-4
 MOST_DECIMALS = 12
 
 
+def three_digits(value: float) -> str:
+    """Write a number with three digits, one of a thousand and more in full: 2137, 91.7, 1.00."""
+    return f"{value:.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:#.3g}"
+
+
 class ReadableUnit(NamedTuple):
     """A unit for people.
 

@@ -10,6 +10,7 @@ import xarray as xr
 from ...experiment.experiment import FORCE_LEVEL
 from ...inference.chi2 import chi2_in_words, p_in_words
 from ...inference.output_residuals import shows_modes
+from ...inference.units import three_digits
 from ...positions.reprs import notebook_html
 from ..noise_needed import NoiseNeeded
 from . import _edges, _model_error
@@ -173,7 +174,7 @@ class Misfit:
 
     def _model_error_words(self) -> list[str]:
         without = self.chi2_without_errors
-        chi2 = [f"Without these errors the reduced chi-square is {without:.3g}."]
+        chi2 = [f"Without these errors the reduced chi-square is {three_digits(without)}."]
         return _model_error.sentences(self.model_error) + (chi2 if np.isfinite(without) else [])
 
     def _worst_words(self, kind: str) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...experiment.model_error import OF_WHAT
-from ...inference.units import percent
+from ...inference.units import percent, three_digits
 from ..reach.reach import Reach
 from ._posterior_odds import NONE, numbered_kind
 from ._standing import Standing
@@ -92,7 +92,9 @@ def exact_fails(step: FittedModel) -> str:
     """Say that the model fails where it is taken for exact."""
     chi2 = step.chi2_when_exact
     is_told = np.isfinite(chi2) and step.noise_needed is None
-    return f"The exact model fails{f' (reduced chi-square {chi2:.3g})' if is_told else ''}."
+    return (
+        f"The exact model fails{f' (reduced chi-square {three_digits(chi2)})' if is_told else ''}."
+    )
 
 
 def what_is_known(step: FittedModel, stands: Standing, reach: Reach | None) -> list[str]:
@@ -219,7 +221,7 @@ def _fall_with_errors(first: FittedModel, last: FittedModel) -> str:
         return f"{fall(first, last).capitalize()}."
     if not (np.isfinite(before) and np.isfinite(after)):
         return ""
-    return f"Without model error the reduced chi-square falls from {before:.3g} to {after:.3g}."
+    return f"Without model error the reduced chi-square falls from {three_digits(before)} to {three_digits(after)}."
 
 
 def sizes_in_words(step: FittedModel, before: FittedModel | None = None) -> str:
@@ -234,7 +236,7 @@ def sizes_in_words(step: FittedModel, before: FittedModel | None = None) -> str:
 def alone_in_words(baseline: FittedModel) -> str:
     """Say how well the model explains the earlier state alone."""
     needed = (
-        f"has a reduced chi-square of {baseline.chi2_per_datum:.3g}"
+        f"has a reduced chi-square of {three_digits(baseline.chi2_per_datum)}"
         if baseline.noise_needed is None
         else f"needs noise of {baseline.noise_needed}"
     )
@@ -245,7 +247,7 @@ def alone_in_words(baseline: FittedModel) -> str:
 def misfit_in_words(step: FittedModel) -> str:
     """Say how large the misfit is: chi2, or where the noise is not known, what noise is needed."""
     if step.noise_needed is None:
-        return f"reduced chi-square {step.chi2_per_datum:.3g}"
+        return f"reduced chi-square {three_digits(step.chi2_per_datum)}"
     return f"it needs noise of {step.noise_needed}"
 
 
@@ -253,5 +255,5 @@ def fall(first: FittedModel, last: FittedModel, of: str = "") -> str:
     """Say how the misfit falls: chi2, or where the noise is not known, the noise that is needed."""
     if last.noise_needed is None:
         before, after = first.chi2_per_datum, last.chi2_per_datum
-        return f"reduced chi-square{of} falls from {before:.3g} to {after:.3g}"
+        return f"reduced chi-square{of} falls from {three_digits(before)} to {three_digits(after)}"
     return f"the noise that the model needs is {last.noise_needed} (before: {first.noise_needed})"

@@ -10,6 +10,7 @@ from scipy.special import logsumexp
 
 from ..._types import InputError
 from ...inference.residuals import Problem
+from ...inference.units import three_digits
 from ...positions.reprs import notebook_html
 from ..locations import locations
 from ._as_measured import as_measured
@@ -130,7 +131,7 @@ class Reach:
         ]
 
     def __repr__(self) -> str:
-        return f"Reach: reduced chi-square {self.chi2_per_datum:.3g}; {self.words()[0]}"
+        return f"Reach: reduced chi-square {three_digits(self.chi2_per_datum)}; {self.words()[0]}"
 
     def _repr_html_(self) -> str:
         return notebook_html(repr(self), self.kinds(), self.words()[1:])
