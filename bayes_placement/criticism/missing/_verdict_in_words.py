@@ -221,7 +221,8 @@ def _fall_with_errors(first: FittedModel, last: FittedModel) -> str:
         return f"{fall(first, last).capitalize()}."
     if not (np.isfinite(before) and np.isfinite(after)):
         return ""
-    return f"Without model error the reduced chi-square falls from {three_digits(before)} to {three_digits(after)}."
+    falls = f"falls from {three_digits(before)} to {three_digits(after)}"
+    return f"Without model error the reduced chi-square {falls}."
 
 
 def sizes_in_words(step: FittedModel, before: FittedModel | None = None) -> str:
