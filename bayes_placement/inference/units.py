@@ -26,7 +26,7 @@ MOST_DECIMALS = 12
 
 def three_digits(value: float) -> str:
     """Write a number with three digits, one of a thousand and more in full: 2137, 91.7, 1.00."""
-    return f"{value:.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:#.3g}"
+    return f"{value:.0f}" if 1e2 <= abs(value) < 1e6 else f"{value:#.3g}"
 
 
 class ReadableUnit(NamedTuple):

@@ -14,7 +14,7 @@ from ...inference.residuals import Problem
 from ...laws.catalogue import leaves
 from ...laws.law import Law, Tree
 from ...laws.rows import NUMBERS, NetworkRows
-from ._asked import NETWORK, OF_ROW, PLACE
+from ._asked import NETWORK, OF_ROW, PLACE, LawsAsked
 from ._at_port import Point, ReachOfPort, asked_of_laws, omega_of, reach_of_port
 from ._free_law import FreeLaw, Points
 from ._laws_at_places import laws_at_places
@@ -24,8 +24,8 @@ from ._ports import Port, ports_of
 MOST_LINES = 400
 """Lines at which all networks are fitted: these are starts only."""
 
-STARTS = 2
-"""Draws of each network that are followed at each place."""
+STARTS = 6
+"""Draws of each network that are followed, at all places together."""
 
 BEST_PLACES = 3
 """Places of a kind of port at which every network is fitted."""
@@ -189,18 +189,40 @@ def laws_with_names(reach: ReachOfPort, pieces: int) -> list[NamedLaw]:
 
 def _laws_at(reach: ReachOfPort, points: Points, pieces: int) -> list[NamedLaw]:
     """Every network at points, each of a place; the best of them in full."""
-    port, free, rows = reach.port, reach.free, reach.rows()
-    objective = asked_of_laws(free, points, rows, port, MOST_LINES)
-    fits, _, evidence = laws_at_places(objective, np.arange(len(rows.trees)), len(points), STARTS)
-    fits = fits.reshape(-1, OF_ROW)
-    best: dict[int, Any] = {}  # of each network
-    for row in fits[np.argsort(-evidence.ravel())]:
-        best.setdefault(int(row[NETWORK]), row)
-    starts = [
+    rows = reach.rows()
+    objective = asked_of_laws(reach.free, points, rows, reach.port, MOST_LINES)
+    begins = [
         np.concatenate([points[int(row[PLACE])], row[:NUMBERS], [row[NETWORK]]])
-        for row in [*best.values()][:BEST_LAWS]
+        for row in _best_rows(objective, rows.trees, len(points))[:BEST_LAWS]
     ]
-    return _in_full(reach, rows, np.array(starts), pieces)
+    return _in_full(reach, rows, np.array(begins), pieces)
+
+
+def _best_rows(objective: LawsAsked, trees: Sequence[Tree], places: int) -> list[Any]:
+    """Best fit of each network, the best first, but of those that do no more than a part of them.
+
+    All that contain one of the best would leave no room for others.
+    """
+    every, starts = np.arange(len(trees)), STARTS // places
+    rows, cost, evidence = laws_at_places(objective, every, places, starts)
+    rows = rows.reshape(-1, OF_ROW)
+    best: dict[int, int] = {}  # of each network
+    for number in np.argsort(-evidence.ravel()):
+        best.setdefault(int(rows[number, NETWORK]), number)
+    squares = {network: 2 * cost.ravel()[number] for network, number in best.items()}
+    return [
+        rows[number]
+        for network, number in best.items()
+        if not any(
+            _is_part(trees[part], trees[network]) and squares[part] < squares[network] + STRONG
+            for part in squares
+        )
+    ]
+
+
+def _is_part(tree: Tree, whole: Tree) -> bool:
+    """Whether a network has some of the elements of another one, but not all."""
+    return Counter(leaves(tree)) < Counter(leaves(whole))
 
 
 def _in_full(reach: ReachOfPort, rows: NetworkRows, starts: Any, pieces: int) -> list[NamedLaw]:

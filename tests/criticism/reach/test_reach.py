@@ -1,6 +1,5 @@
 """Where a law acts that is in no list, and which: data of a mesh apart from this package."""
 
-import dataclasses
 import functools
 
 import jax.numpy as jnp
@@ -11,6 +10,7 @@ import bayes_placement as bp
 from bayes_placement._types import InputError
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.criticism.missing.ledger import Ledger
+from bayes_placement.criticism.reach import _named_laws, _ports
 from tests.criticism.reach.cantilever import (
     AT,
     LINES,
@@ -112,10 +112,31 @@ def test_amplitudes_are_refused():
     [(["rotation"], "rotation"), ([], None), (["channel"], None), (["rotation", "cut"], None)],
 )
 def test_the_law_of_a_ledger_is_that_at_the_port_of_its_only_claim(acts_on, port):
-    empty = dict.fromkeys(field.name for field in dataclasses.fields(Ledger))
     entries = tuple({"acts_on": word} for word in acts_on)
     found = reached(maxwell, False)
-    ledger = Ledger(**empty | {"effects": entries, "reach": found})
+    ledger = object.__new__(Ledger)  # without all else that a search finds
+    vars(ledger).update(effects=entries, reach=found)
     assert ledger.port == port
     expected = None if port is None else found.law_as_measured(port)
     assert ledger.z is None if port is None else ledger.z.equals(expected)
+
+
+def solid(omega, stiffness=2e3, further=8e3, viscosity=8.0):
+    """A spring beside a spring and a dashpot in series."""
+    return stiffness + 1 / (1 / further + 1 / (1j * omega * viscosity))
+
+
+@pytest.mark.long
+def test_a_law_that_no_place_of_a_coarse_grid_shows_is_found_where_the_best_other_one_is(
+    monkeypatch,
+):
+    monkeypatch.setitem(_ports.PLACES, 1, 4)
+    setup = experiment()
+    null = null_hypothesis(setup, setup.data(measured(solid)))
+    port = _ports.ports_of(null.problem.experiment)[0]
+    reach = _named_laws.reach_of_port(null.problem, null.fit.point, port)
+    first = _named_laws.laws_with_names(reach, 1)
+    assert min(law.fit.squares for law in first) > 2 * null.problem.count
+    best = max(_named_laws._refined(reach, first, 1), key=lambda law: law.fit.log_evidence)
+    assert best.tree == ["|", "k", ["-", "c", "k"]]
+    assert best.fit.squares == pytest.approx(null.problem.count, rel=0.2)
