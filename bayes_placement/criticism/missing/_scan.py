@@ -168,9 +168,8 @@ def _followed(problem: Problem, starts: np.ndarray) -> Fit:
     """Best of the descents from all starts: at some of many lines first, at all lines then."""
     screened = at_lines_of_descents(problem)
     if screened is not problem:
-        starts, normal = minimise(
-            screened.squares.objective(), starts, steps=40, count=problem.count
-        )
+        fewer = screened.squares.objective()
+        starts, normal = minimise(fewer, starts, steps=40, gain=NEAR, count=problem.count)
         behind = normal.cost - np.nanmin(normal.cost, initial=np.inf)
         starts = starts[~(behind > ABOUT_AS_GOOD * problem.count)]
     ends, final = minimise(problem.squares.objective(), starts, steps=40, count=problem.count)
