@@ -10,6 +10,7 @@ import numpy as np
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...experiment.experiment import Experiment
+from ...inference.chi2 import LEVEL
 from ...inference.engines.about_mode import SampledPosterior, sampled_about
 from ...positions.reprs import with_short_repr
 from ..noise_needed import NoiseNeeded
@@ -183,18 +184,23 @@ class FittedModel:
 
 
 def sampled_finalists(comparison: Comparison, hypotheses: Sequence[Hypothesis]) -> Sampled:
-    """Sample the posteriors of the hypotheses whose evidence is similar."""
+    """Sample the posteriors of the hypotheses whose evidence is similar, if they pass their check.
+
+    Where a model fails, its posterior says nothing of the structure.
+    """
     least = max(map(comparison.log_odds, hypotheses)) - 3 * STRONG
     close = [hypothesis for hypothesis in hypotheses if comparison.log_odds(hypothesis) > least]
-    return {
+    sampled = {
         id(hypothesis): _sampled(hypothesis)
         for hypothesis in close[:FINALISTS]
-        if not hypothesis.has_errors  # too many unknowns to sample; Laplace's method stands
+        # Of a model error there are too many unknowns to sample; Laplace's method stands.
+        if not (hypothesis.has_errors or p_value(hypothesis) < LEVEL)
     }
+    return {number: posterior for number, posterior in sampled.items() if posterior is not None}
 
 
 @functools.lru_cache(maxsize=2 * FINALISTS)  # `improve` asks for those of `explain` again
-def _sampled(hypothesis: Hypothesis) -> SampledPosterior:
+def _sampled(hypothesis: Hypothesis) -> SampledPosterior | None:
     return sampled_about(hypothesis.problem.squares, hypothesis.fit)
 
 

@@ -27,7 +27,7 @@ from ...inference.record import record
 from ._alternatives import alternatives
 from ._answers import Question, answered, ticks
 from ._candidates import candidates_of, check_experiment
-from ._cautions import cautions
+from ._cautions import cautions, not_sampled
 from ._changes import FoundEffect, found_effects
 from ._claims import claims
 from ._hypotheses import Hypothesis
@@ -187,6 +187,7 @@ class _Search(NamedTuple):
         best = answer.best(self.level)
         progress(0.9)
         sampled = sampled_finalists(comparison, [best])
+        drawn = sampled.get(id(best))
         progress(0.97)
         way = _way(comparison, best)
         steps = _steps(way, sampled)
@@ -205,7 +206,7 @@ class _Search(NamedTuple):
             compared=_compared(comparison),
             suspicion=suspicion(null, comparison.candidates),
             alternatives=alternatives(comparison, comparison.distinct(), sampled),
-            cautions=cautions(best, sampled.get(id(best))),
+            cautions=(*cautions(best, drawn), *not_sampled(best, drawn)),
             baseline=None if before is None else fitted_model(before, {}),
             record=record(self.experiment, [measurement, baseline]),
             effects=claims(comparison, best, steps[-1], stands, probabilities[NONE]),

@@ -2,7 +2,7 @@
 
 Draws from a Gaussian a little wider than Laplace's are weighted. Where their weights cannot be
 trusted, draws are made along the ridges of the posterior; where these cannot either, SMC goes on
-from the Gaussian.
+from the Gaussian, unless it would have to follow gradients, which takes minutes.
 """
 
 from collections.abc import Iterator, Mapping
@@ -37,6 +37,9 @@ LEAST_ESS = 400.0
 PARTICLES = ((400, 4), (1600, 8))
 """Particles and populations of SMC; the second ones where the evidence of the first is too
 uncertain."""
+
+FOLLOWS_GRADIENTS = 12
+"""Unknowns from which SMC follows gradients, as `_trajectories.MANY` says."""
 
 MOST_ERROR = 0.1
 """Standard error of the log evidence above which it is too uncertain: a tenth of the difference
@@ -127,8 +130,11 @@ class SampledPosterior(NamedTuple):
     log_evidence_error: float
 
 
-def sampled_about(problem: LeastSquares, fit: Fit, seed: int = 0) -> SampledPosterior:
-    """Sample the posterior about a fit, the prior being standard normal."""
+def sampled_about(problem: LeastSquares, fit: Fit, seed: int = 0) -> SampledPosterior | None:
+    """Sample the posterior about a fit, the prior being standard normal.
+
+    None where draws about the mode cannot be trusted and there are many unknowns.
+    """
     weighted = _from_gaussian(problem, fit.gaussian.widened(WIDER), seed)
     sampled = _resampled(weighted, LEAST_ESS, seed)
     if sampled is None and problem.known_noise:
@@ -136,6 +142,8 @@ def sampled_about(problem: LeastSquares, fit: Fit, seed: int = 0) -> SampledPost
         sampled = _resampled(along_ridges, RANDOMISED_DRAWS / 2, seed)
     if sampled is not None:
         return sampled
+    if problem.dimension >= FOLLOWS_GRADIENTS:
+        return None
     begin = fit.gaussian.widened(MUCH_WIDER)
     reference = Reference(problem.traced, begin, problem.dimension, problem.count)
     for engine in _smc():

@@ -8,7 +8,7 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.criticism.missing._cautions import cautions
+from bayes_placement.criticism.missing._cautions import cautions, not_sampled
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis, problem_with_errors
 from bayes_placement.inference.engines.about_mode import SampledPosterior
 from tests.criticism.small import LINES, MASS, TRUTH, experiment, measured, recorded
@@ -32,6 +32,13 @@ def test_a_prior_that_excludes_the_truth_is_named_with_its_edge(fitted):
     sampled = SampledPosterior(draws, 0.0, 0.0)
     (sentence,) = cautions(fitted, sampled)
     assert sentence.startswith(f"{RATIO} is piled up at the upper edge of its prior")
+
+
+def test_intervals_of_a_gaussian_are_told_where_the_posterior_was_to_be_sampled(fitted):
+    (sentence,) = not_sampled(fitted, None)
+    assert sentence.startswith("Intervals are those of a Gaussian")
+    assert not_sampled(fitted, SampledPosterior(np.zeros((1, 1)), 0.0, 0.0)) == ()
+    assert not_sampled(replace(fitted, has_errors=True), None) == ()
 
 
 def test_a_fit_that_a_single_start_reached_is_doubted(fitted):

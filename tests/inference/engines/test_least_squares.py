@@ -7,6 +7,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from bayes_placement.inference.engines import about_mode
+from bayes_placement.inference.engines._trajectories import MANY
 from bayes_placement.inference.engines.about_mode import sampled_about
 from bayes_placement.inference.engines.laplace import laplace
 from bayes_placement.inference.engines.least_squares import LeastSquares, NormalEquations
@@ -91,6 +92,15 @@ def test_where_weights_cannot_be_trusted_smc_goes_on(linear, monkeypatch):
     # Not KEPT: these are of SMC.
     assert len(draws.points) in dict(about_mode.PARTICLES)
     assert abs(draws.log_evidence - model.evidence()) < 5 * draws.log_evidence_error
+
+
+def test_of_many_unknowns_no_draws_are_made_that_would_take_minutes(linear, monkeypatch):
+    _, problem, fit = linear
+    assert about_mode.FOLLOWS_GRADIENTS == MANY
+    monkeypatch.setattr(about_mode, "FOLLOWS_GRADIENTS", problem.dimension)
+    assert sampled_about(problem, fit) is not None  # by weights
+    monkeypatch.setattr(LeastSquares, "known_noise", False)
+    assert sampled_about(problem, fit._replace(gaussian=fit.gaussian.widened(1 / 4))) is None
 
 
 def test_an_evidence_that_is_too_uncertain_is_sampled_again(linear, monkeypatch):
