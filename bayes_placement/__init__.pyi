@@ -8,7 +8,7 @@ from . import (
 )
 from .criticism.check import check
 from .criticism.compare import compare
-from .criticism.missing import explain, improve, reach
+from .criticism.missing import Policy, decide, explain, improve, reach
 from .design import information, information_map, place
 from .experiment import (
     Actuator,
@@ -38,12 +38,14 @@ __all__ = [
     "Experiment",
     "Measurement",
     "ModalParameters",
+    "Policy",
     "Sensor",
     "Structure",
     "beams",
     "check",
     "compare",
     "damping",
+    "decide",
     "design",
     "effects",
     "engines",

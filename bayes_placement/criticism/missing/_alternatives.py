@@ -9,7 +9,8 @@ from ...inference.chi2 import LEVEL
 from ...inference.engines.about_mode import SampledPosterior
 from ._estimates import laplace
 from ._hypotheses import Hypothesis
-from ._posterior_odds import NOTHING, STRONG, Comparison, p_value
+from ._posterior_odds import STRONG, Comparison, p_value
+from ._weighed import NOTHING
 
 
 def alternatives(

@@ -16,7 +16,6 @@ from ...inference.engines.empirical_bayes import Rival
 from ...inference.residuals_of_state import State
 from ._before_and_after import compared_with_baseline, fitted_baseline, refitted_effects, state_of
 from ._compiled_ahead import compiled_ahead
-from ._held_out import gain_held_out
 from ._hypotheses import (
     Hypothesis,
     finite,
@@ -27,18 +26,20 @@ from ._hypotheses import (
 )
 from ._networks import with_one_more_network, with_simpler_laws
 from ._posterior_odds import (
-    STRONG,
     Comparison,
     explains,
     greatest_odds_expected,
+    p_value,
     passes,
-    steps_to,
     wants_more_effects,
 )
 from ._scanned_candidates import Tick
 from ._screen import worth_fitting
 from ._search import NARROW, VARIANTS_WITH_ERRORS, Breadth, one_more_effect
 from ._shared_fits import SharedFits, shared_fits
+from ._weighed import Weighed
+from .decide import Decision, predicts_better, stands_out
+from .table import Policy, Table
 
 
 class Question(NamedTuple):
@@ -108,47 +109,24 @@ class Answer(NamedTuple):
     comparison: Comparison
     baseline: Hypothesis | None = None
 
-    def best(self, level: float) -> Hypothesis:
-        """The hypothesis that is claimed: none of the effects where the model passes its check.
+    def table(self, policy: Policy, sampled: Mapping[int, Any] = MappingProxyType({})) -> Table:
+        """All that is decided by.
 
-        Chi2 over many lines passes although an effect shows in a few: there, odds of twice strong
-        evidence decide.
-
-        The form of a model error is assumed, so that evidence alone does not suffice with it:
-        the effects must also predict held-out data better than fewer of them, none of them may be
-        only the best of several, and each must explain more than it leaves to the model error:
-        scatter along a structure looks a little like many effects.
+        Parameters
+        ----------
+        policy
+            Thresholds, which say which rows may be claimed and are needed in full.
+        sampled
+            Hypotheses that were sampled, by identity.
         """
-        none, best = self.comparison.hypotheses[0], self.comparison.best()
-        odds = self.comparison.log_odds(best) - self.comparison.log_odds(none)
-        if not none.has_errors and passes(none, level) and odds < 2 * STRONG:
-            return none
-        while best.has_errors and best.effects and not self._holds(best):
-            best = _with_fewer(self.comparison, best)
-        return best
+        table = self.comparison.table_in_full(policy, sampled)
+        exact = p_value(self.null) if self.baseline is None else np.nan
+        rows = [row if row.kinds else row._replace(p_value_when_exact=exact) for row in table.rows]
+        return table._replace(rows=rows)
 
-    def _holds(self, best: Hypothesis) -> bool:
-        """Whether a claim holds where a model error is allowed.
-
-        Of two states, their difference shows what is new: less is asked there.
-        """
-        alone = self.baseline is None
-        if alone and not (_stands_out(self.comparison, best) and self._explains_most(best)):
-            return False
-        return _predicts_better(self.comparison, best)
-
-    def _explains_most(self, best: Hypothesis) -> bool:
-        """Whether the last effect explains more of the misfit than what is left to model error.
-
-        Each of the exact models. A forgotten mass or a soft spot that is as large as the scatter of
-        the structure is a part of that scatter, although an effect at its place fits it well.
-        Unknown noise grows with the misfit, so that it decides nothing.
-        """
-        if not best.is_noise_known:
-            return True
-        before = _with_fewer(self.comparison, best).chi2_when_exact
-        after = best.chi2_when_exact
-        return not before - after <= after - 1.0  # NaN where it was not fitted without errors
+    def claimed(self, decision: Decision) -> list[Hypothesis]:
+        """Hypotheses from the model as given to what is claimed, one effect more each time."""
+        return [self.comparison.hypotheses[number] for number in decision.steps]
 
 
 def answered(
@@ -231,23 +209,12 @@ def _best_of_later_state(question: Question, earlier: State, tick: Tick) -> Hypo
     return _deepened(question, singles, Breadth(), -np.inf, tick).best()
 
 
-def _stands_out(comparison: Comparison, best: Hypothesis) -> bool:
-    """Whether no other effect explains the data as well."""
-    return not any(kind in best.kinds for kind, _ in comparison.confounded())
-
-
-def _predicts_better(comparison: Comparison, best: Hypothesis) -> bool:
-    """Whether a hypothesis predicts held-out lines better than the best one of fewer effects.
-
-    By more than twice the standard error: a gain of one block alone may be of its errors.
-    """
-    gain, error = gain_held_out(best, _with_fewer(comparison, best))
-    return gain > 2 * error
-
-
-def _with_fewer(comparison: Comparison, best: Hypothesis) -> Hypothesis:
-    """The last step on the way to a hypothesis."""
-    return comparison.of(steps_to(comparison, best)[-2])
+def _holds_by_itself(comparison: Comparison, policy: Policy) -> bool:
+    """Whether the best effects stand out and predict held-out data better than one effect less."""
+    weighed = Weighed(comparison.table_in_full(policy, {}), policy)
+    *_, fewer, best = weighed.steps_to(weighed.best)
+    rows = weighed.rows
+    return stands_out(weighed, best) and predicts_better(rows[best], rows[fewer], policy)
 
 
 def _odds(comparison: Comparison) -> float:
@@ -297,8 +264,7 @@ def _deepened_with_errors(
         if not wants_more_effects(comparison, depth, question.level):
             break
         # Nothing is built on a claim that does not hold by itself.
-        best = comparison.best()
-        if not (_stands_out(comparison, best) and _predicts_better(comparison, best)):
+        if not _holds_by_itself(comparison, Policy(level=question.level)):
             break
         branches = [h for h in comparison.distinct() if len(h.effects) == depth]
         kinds = {hypothesis.kinds for hypothesis in branches[: NARROW.branches]}

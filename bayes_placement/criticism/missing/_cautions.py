@@ -11,13 +11,11 @@ from ...inference.engines.about_mode import SampledPosterior
 from ...inference.engines.levenberg_marquardt import APART
 from ...inference.estimates import scalars
 from ...inference.results import outputs
-from ..check._edges import EDGE, PILED, sentence
+from ..check._edges import EDGE, sentence
 from ._estimates import laplace
 from ._hypotheses import Hypothesis
 from ._posterior_odds import p_value
-
-SURE = 0.99
-"""Probability from which on a datum is told to be an outlier."""
+from .table import AS_STATED
 
 MOST_NAMED = 3
 """Outliers that are named."""
@@ -34,7 +32,8 @@ def cautions(hypothesis: Hypothesis, sampled: SampledPosterior | None) -> tuple[
         Draws of its posterior; None where it was not sampled.
     """
     draws = None if sampled is None else sampled.points
-    edges = (sentence(*edge, EDGE) for edge in piled_up(hypothesis, draws))
+    shares = shares_at_edges(hypothesis, draws)
+    edges = (sentence(*edge, EDGE) for edge in shares if edge[-1] >= AS_STATED.piled_up * EDGE)
     return *edges, *cautions_of_fit(hypothesis)
 
 
@@ -48,8 +47,10 @@ def cautions_of_fit(hypothesis: Hypothesis) -> tuple[str, ...]:
     )
 
 
-def piled_up(hypothesis: Hypothesis, points: np.ndarray | None) -> Iterator[tuple[str, str, float]]:
-    """Unknowns of which much of the posterior lies at an edge of the prior, the side and the share.
+def shares_at_edges(
+    hypothesis: Hypothesis, points: np.ndarray | None
+) -> Iterator[tuple[str, str, float]]:
+    """Each unknown, a side of its prior, and the share of the posterior at that edge.
 
     Parameters
     ----------
@@ -67,12 +68,8 @@ def piled_up(hypothesis: Hypothesis, points: np.ndarray | None) -> Iterator[tupl
         coordinates = draws[None, :, problem.coordinates.places[unknown.name]]
         shape = (1, len(draws), *unknown.distribution.shape())
         for name, drawn in scalars(unknown.name, coordinates.reshape(shape)):
-            for side, share in (
-                ("lower", float(np.mean(drawn < -limit))),
-                ("upper", float(np.mean(drawn > limit))),
-            ):
-                if share >= PILED * EDGE:
-                    yield name, side, share
+            yield name, "lower", float(np.mean(drawn < -limit))
+            yield name, "upper", float(np.mean(drawn > limit))
 
 
 def not_sampled(hypothesis: Hypothesis, sampled: SampledPosterior | None) -> tuple[str, ...]:
@@ -136,7 +133,8 @@ def _outliers(hypothesis: Hypothesis) -> Iterator[str]:
     probability = hypothesis.with_outliers.probability[: present.size].reshape(present.shape)
     table = outputs(experiment, {"probability": probability}, ())["probability"]
     others = [name for name in table.dims if name not in ("sensor", "actuator", "frequency")]
-    wrong = table.max(others).where(lambda share: share > SURE).stack(datum=[...]).dropna("datum")
+    least = AS_STATED.outlier
+    wrong = table.max(others).where(lambda share: share > least).stack(datum=[...]).dropna("datum")
     named = [
         f"{sensor} at {frequency:.4g} Hz, driven at {actuator}"
         for sensor, actuator, frequency in wrong["datum"].values[:MOST_NAMED]
@@ -144,7 +142,7 @@ def _outliers(hypothesis: Hypothesis) -> Iterator[str]:
     if named:
         further = wrong.size - len(named)
         yield (
-            f"Most probably outliers (probability above {SURE:g}): {'; '.join(named)}"
+            f"Most probably outliers (probability above {least:g}): {'; '.join(named)}"
             f"{f'; and {further} more' if further else ''}. Look at these lines of the spectra; "
             "measurement.without(low, high) leaves lines out."
         )

@@ -28,33 +28,22 @@ def held_out(hypothesis: Hypothesis) -> float:
     It is comparable between models of the same data and the same noise. NaN of a single line, where
     nothing can be held out.
     """
-    scores = _scores(hypothesis)
-    return float(np.mean(scores)) if scores.size else float("nan")
-
-
-def gain_held_out(hypothesis: Hypothesis, other: Hypothesis) -> tuple[float, float]:
-    """Gain of `held_out` over that of another hypothesis, and its standard error over the blocks.
-
-    NaN where there are no two blocks.
-    """
-    gains = _scores(hypothesis) - _scores(other)
-    if gains.size < 2:
-        return float("nan"), float("nan")
-    return float(np.mean(gains)), float(np.std(gains, ddof=1) / np.sqrt(gains.size))
+    blocks = scores(hypothesis)
+    return float(np.mean(blocks)) if blocks.size else float("nan")
 
 
 @functools.lru_cache(maxsize=32)  # asked for by the search and by the ledger
-def _scores(hypothesis: Hypothesis) -> Float[np.ndarray, "block"]:
+def scores(hypothesis: Hypothesis) -> Float[np.ndarray, "block"]:
     """Mean log density of a datum of each block, of which something is left to fit to."""
     problem = hypothesis.problem
     measured = np.asarray(problem.data.measured).ravel()
     blocks = [problem.of_experiment(block & measured) for block in _blocks(problem)]
-    scores = [
+    ratios = [
         _evidence_ratio(hypothesis, block)
         for block in blocks
         if block.any() and (problem.of_experiment(measured) & ~block).any()
     ]
-    return np.array(scores)
+    return np.array(ratios)
 
 
 def _blocks(problem: Problem) -> Iterator[np.ndarray]:

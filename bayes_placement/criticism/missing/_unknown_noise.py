@@ -2,7 +2,6 @@
 
 import jax.numpy as jnp
 import numpy as np
-from scipy.stats import binom
 
 from ..._compiled import compiled
 from ..._sites import Role
@@ -11,7 +10,6 @@ from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from ..noise_needed import NoiseNeeded, Rows, neumann, over_scatter, relative_size
 from ._hypotheses import Hypothesis
-from ._outliers import OUTLIERS
 
 OF_COHERENCE = ("factor", "coherence")
 """Fields of a noise that are factors on what the coherence says."""
@@ -25,21 +23,10 @@ def scatter(hypothesis: Hypothesis) -> tuple[float, float]:
     return over_scatter(*_rows(hypothesis))
 
 
-def gain_of_smooth_misfit(hypothesis: Hypothesis, largest: float) -> float:
-    """Gain of log evidence where the residuals may be a factor s larger than the noise.
-
-    What is left of a misfit is smooth: it multiplies von Neumann's ratio by 1 / s^2. The ratio is
-    normal, log s uniform between 0 and the log of the largest factor, as with known noise; by
-    Laplace's method about s^2 = 1 / ratio; where this is below 1, about s = 1 with the half above
-    it. Zero where the ratio tells nothing.
-    """
+def neumann_of(hypothesis: Hypothesis) -> tuple[float, float]:
+    """Von Neumann's ratio of the residuals at the best fit, and the inverse of its deviation."""
     ratio, certainty = neumann(*_rows(hypothesis))
-    if np.isnan(ratio):
-        return 0.0
-    below = min(ratio, 1.0)
-    width = np.sqrt(2 * np.pi) / (2 * below * certainty) * (1.0 if ratio < 1 else 0.5)
-    share = min(float(width / np.log(largest)), 1.0)
-    return float(0.5 * ((1 - below) * certainty) ** 2 + np.log(share))
+    return float(ratio), float(certainty)
 
 
 def _rows(hypothesis: Hypothesis) -> tuple[Rows, np.ndarray]:
@@ -58,15 +45,6 @@ def gain_with_outliers(hypothesis: Hypothesis) -> float:
     no more than that the noise may be larger there.
     """
     return 0.0 if hypothesis.is_noise_known else hypothesis.with_outliers.gain
-
-
-def p_value_of_outliers(hypothesis: Hypothesis) -> float:
-    """Probability of at least as many outliers, of the share that a mixture assumes.
-
-    More of them are a misfit at many lines, which an effect may explain.
-    """
-    count = hypothesis.problem.count
-    return float(binom.sf(np.ceil(hypothesis.with_outliers.outliers) - 1, count, OUTLIERS))
 
 
 def noise_needed(hypothesis: Hypothesis) -> NoiseNeeded | None:

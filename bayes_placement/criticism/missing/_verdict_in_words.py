@@ -10,15 +10,13 @@ import numpy as np
 from ...experiment.model_error import OF_WHAT
 from ...inference.units import percent, three_digits
 from ..reach.reach import Reach
-from ._posterior_odds import NONE, numbered_kind
 from ._standing import Standing
+from ._weighed import NONE, numbered_kind
+from .decide import is_missing
 from .fitted_model import FittedModel
 
 if TYPE_CHECKING:
     from .ledger import Ledger
-
-DOUBTED = 0.5
-"""Probability of none of the candidates above which the stated noise is in doubt."""
 
 UNEXPLAINED = "no single cause that we know explains it"
 
@@ -132,11 +130,12 @@ def _why_not(ledger: Ledger) -> str:
     )
 
 
-def none_in_words(share: float, step: FittedModel) -> list[str]:
+def none_in_words(ledger: Ledger) -> list[str]:
     """Say that no candidate explains the data, where that is more probable than not."""
-    if share <= DOUBTED:
+    share = ledger.probabilities[NONE]
+    if share <= ledger.policy.doubted:
         return []
-    if step.noise_needed is None:
+    if ledger.steps[-1].noise_needed is None:
         return [
             "None of the candidates explains the data within the stated noise (probability "
             f"{share:.2g}): add an effect of your own, or check the noise."
@@ -174,16 +173,10 @@ def _named(ledger: Ledger) -> str:
 
 
 def _is_claimed(ledger: Ledger, kind: str) -> bool:
-    """Whether an effect is more than the best of several.
-
-    Where a model error is allowed it is: held-out data confirm it, and a larger model error is
-    among the rivals already. Where the noise is not known, it is if the residuals scatter as
-    noise does.
-    """
+    """Whether an effect is more than the best of several, see `decide.is_missing`."""
     last = ledger.steps[-1]
-    if last.noise_needed is not None and not last.model_error:
-        return not ledger.unexplained
-    return bool(last.model_error) or _probability(ledger, kind) >= DOUBTED
+    fit = bool(last.model_error), last.noise_needed is None, ledger.unexplained
+    return is_missing(*fit, _probability(ledger, kind), ledger.policy)
 
 
 def _kinds(ledger: Ledger) -> list[str]:
@@ -205,7 +198,7 @@ def _with_odds(ledger: Ledger, kind: str) -> str:
     last = ledger.steps[-1]
     names = [effect.name for effect in last.of_kind(kind)]
     doubts = " and ".join(ledger.standing.doubts_of(names))
-    if ledger.probabilities[NONE] <= DOUBTED:
+    if ledger.probabilities[NONE] <= ledger.policy.doubted:
         among = " among the candidates" if doubts or ledger.unexplained else ""
         odds = f"probability {_probability(ledger, kind):.3g}{among}"
     else:

@@ -17,8 +17,10 @@ from ._candidates import candidates_of, check_experiment
 from ._kept_fits import fits_kept_in
 from ._score_test import suspicion
 from ._standing import standing
+from .decide import decide
 from .fitted_model import fitted_model, sampled_finalists
 from .ranking import Ranking
+from .table import AS_STATED
 
 LEADING = 6
 """Hypotheses of the greatest odds that are reported in full."""
@@ -90,19 +92,19 @@ def explain(
     steps = tuple(
         fitted_model(hypothesis, sampled, in_full=id(hypothesis) in leading) for hypothesis in shown
     )
-    best = answer.best(LEVEL)
-    way = [comparison.of(()), best] if best.effects else [best]
-    exact = null if before is None else None
+    rows = answer.table(AS_STATED, sampled)
+    decision = decide(rows)
     progress(1.0)
     return Ranking(
         steps=steps,
-        probabilities=comparison.probabilities(),
-        confounded=tuple(comparison.confounded()),
+        probabilities=decision.probabilities,
+        confounded=decision.confounded,
         suspicion=suspicion(null, comparison.candidates),
         alternatives=alternatives(comparison, shown, sampled),
-        claimed=best.kinds,
+        claimed=decision.kinds,
         baseline=None if before is None else fitted_model(before, {}),
         record=record(experiment, [measurement, baseline]),
         reach=comparison.reach,
-        standing=standing(comparison, way, exact, sampled),
+        standing=standing(answer, decision, sampled),
+        rows=rows,
     )

@@ -32,12 +32,14 @@ from ._changes import FoundEffect, found_effects
 from ._claims import claims
 from ._hypotheses import Hypothesis
 from ._kept_fits import fits_kept_in
-from ._posterior_odds import NONE, Comparison, p_value, steps_to
+from ._posterior_odds import Comparison
 from ._score_test import suspicion
 from ._standing import standing
+from .decide import decide
 from .fitted_model import FittedModel, Sampled, fitted_model, sampled_finalists
 from .ledger import Ledger
 from .states import LedgerOfStates, courses_of
+from .table import Policy
 
 MOST_EFFECTS = 3
 
@@ -182,25 +184,24 @@ class _Search(NamedTuple):
             most_effects=self.most_effects,
         )
         tick = ticks(progress, 2 * len(self.tried.effects) + 20, (0.02, 0.9))
-        answer = answered(question, tick, baseline, between)
+        answer, policy = answered(question, tick, baseline, between), Policy(level=self.level)
         null, comparison, before = answer
-        best = answer.best(self.level)
         progress(0.9)
+        best = answer.claimed(decide(answer.table(policy), policy))[-1]
         sampled = sampled_finalists(comparison, [best])
         drawn = sampled.get(id(best))
         progress(0.97)
-        way = _way(comparison, best)
-        steps = _steps(way, sampled)
-        exact = null if before is None else None
-        stands = standing(comparison, way, exact, sampled, self.level)
-        probabilities = comparison.probabilities()
+        rows = answer.table(policy, sampled)
+        decision = decide(rows, policy)
+        steps = _steps(answer.claimed(decision), sampled)
+        stands = standing(answer, decision, sampled)
         progress(1.0)
         ledger = Ledger(
             steps=steps,
-            verdict=best.kinds,
-            probabilities=probabilities,
-            confounded=tuple(comparison.confounded()),
-            unexplained=p_value(best) < self.level,
+            verdict=decision.kinds,
+            probabilities=decision.probabilities,
+            confounded=decision.confounded,
+            unexplained=decision.unexplained,
             seconds=time.perf_counter() - began,
             experiment=best.problem.experiment,
             compared=_compared(comparison),
@@ -209,9 +210,11 @@ class _Search(NamedTuple):
             cautions=(*cautions(best, drawn), *not_sampled(best, drawn)),
             baseline=None if before is None else fitted_model(before, {}),
             record=record(self.experiment, [measurement, baseline]),
-            effects=claims(comparison, best, steps[-1], stands, probabilities[NONE]),
+            effects=claims(comparison, best, steps[-1], stands, decision.none_of_these),
             reach=comparison.reach,
             standing=stands,
+            rows=rows,
+            policy=policy,
         )
         return _Improved(ledger, best, found_effects(best, steps[-1]))
 
@@ -267,15 +270,8 @@ def _check_states(states: Mapping[str, Any], baseline: Any) -> None:
         )
 
 
-def _way(comparison: Comparison, best: Hypothesis) -> list[Hypothesis]:
-    """The way from the model as given to the best hypothesis, one effect a step."""
-    if not best.effects:
-        return [best]
-    return [comparison.of(kinds) for kinds in steps_to(comparison, best)[:-1]] + [best]
-
-
 def _steps(way: Sequence[Hypothesis], sampled: Sampled) -> tuple[FittedModel, ...]:
-    """The same, laid out for the record."""
+    """The way from the model as given to what is claimed, laid out for the record."""
     steps = [fitted_model(way[0], sampled)]
     for before, after in itertools.pairwise(way):
         new = Counter(after.kinds) - Counter(before.kinds)

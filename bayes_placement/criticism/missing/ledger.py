@@ -1,7 +1,7 @@
 """Record of an improvement: the error that falls step by step, in words and JSON."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +17,11 @@ from ..reach.reach import Reach, only_port
 from ._claims import SCHEMA
 from ._estimates import number_or_none
 from ._narrow_text import gained, narrow
-from ._posterior_odds import NONE, NOTHING
 from ._standing import Standing
 from ._verdict_in_words import none_in_words, verdict_in_words
+from ._weighed import NONE, NOTHING
 from .fitted_model import FittedModel, number_or_blank
+from .table import AS_STATED, Policy, Table
 
 NOISE_EXPLAINS = "what is left scatters as noise does"
 """Why nothing is claimed where the noise is not known."""
@@ -66,6 +67,10 @@ class Ledger:
         What laws at each place could remove of the misfit; see `explain`.
     standing
         What makes the claims doubtful, where the model fails, and what was nearest.
+    rows
+        Numbers of every fitted hypothesis, by which `decide` decides.
+    policy
+        Thresholds by which it was decided.
 
     Examples
     --------
@@ -92,6 +97,8 @@ class Ledger:
     effects: tuple[Mapping[str, Any], ...] = field(default=(), repr=False)
     reach: Reach | None = field(default=None, repr=False)
     standing: Standing = field(default_factory=Standing, repr=False)
+    rows: Table = field(default=Table([]), repr=False)
+    policy: Policy = field(default=AS_STATED, repr=False)
 
     @property
     def port(self) -> str | None:
@@ -123,6 +130,8 @@ class Ledger:
             "unexplained": self.unexplained,
             "cautions": list(self.cautions),
             "wall_seconds": self.seconds,
+            "table": self.rows.to_json(),
+            "policy": asdict(self.policy),
             "record": dict(self.record),
         }
 
@@ -164,7 +173,7 @@ class Ledger:
                 f"but no effect is claimed, since {why}. More averages or lines would decide."
             )
         sentences += [confounded_sentence(*pair, self.verdict) for pair in self.confounded]
-        sentences += none_in_words(self.probabilities[NONE], self.steps[-1])
+        sentences += none_in_words(self)
         return [*sentences, *self.cautions]
 
     def __repr__(self) -> str:

@@ -9,15 +9,12 @@ import pandas as pd
 
 from ..._files import write_json
 from ...inference.alternative_explanation import Alternative
-from ...inference.chi2 import LEVEL
 from ...positions.reprs import notebook_html
 from ..reach.reach import Reach, only_port
 from ._estimates import number_or_none
 from ._narrow_text import gained, narrow
-from ._posterior_odds import NONE, NOTHING
 from ._standing import Standing
 from ._verdict_in_words import (
-    DOUBTED,
     LEFT,
     alone_in_words,
     exact_fails,
@@ -26,8 +23,10 @@ from ._verdict_in_words import (
     sizes_in_words,
     what_is_known,
 )
+from ._weighed import NONE, NOTHING
 from .fitted_model import FittedModel, number_or_blank
 from .ledger import confounded_sentence, misfit_columns
+from .table import AS_STATED, Table
 
 
 @dataclass(frozen=True, repr=False)
@@ -63,6 +62,8 @@ class Ranking:
         check, or no law can be read.
     standing
         What makes the claim doubtful, and where the model fails.
+    rows
+        Numbers of every fitted hypothesis, by which `decide` decides.
 
     Examples
     --------
@@ -81,6 +82,7 @@ class Ranking:
     record: Mapping[str, Any] = field(default_factory=dict, repr=False)
     reach: Reach | None = field(default=None, repr=False)
     standing: Standing = field(default_factory=Standing, repr=False)
+    rows: Table = field(default=Table([]), repr=False)
 
     @property
     def port(self) -> str | None:
@@ -114,6 +116,7 @@ class Ranking:
                 kind: number_or_none(share) for kind, share in self.probabilities.items()
             },
             "confounded": [list(pair) for pair in self.confounded],
+            "table": self.rows.to_json(),
             "record": dict(self.record),
         }
 
@@ -167,23 +170,23 @@ class Ranking:
             named = f"{best.in_words(best.kind)}{self._but(best)}"
             better = "which explains the data better than a larger error"
             return f"Missing is {named}, {better}; {falls}.{left}"
-        if likely not in (NOTHING, NONE) and share >= DOUBTED:
+        if likely not in (NOTHING, NONE) and share >= AS_STATED.doubted:
             if likely in self.claimed:
                 but = self._but(best, f"probability {share:.3g}")
-                left = f" {LEFT}" if best.p_value < LEVEL else ""
+                left = f" {LEFT}" if best.p_value < AS_STATED.level else ""
                 return f"Missing is {best.in_words(likely)}{but}; {falls}.{left}"
             return f"The evidence favours {likely} (probability {share:.3g}), but not clearly."
         also = f" {best.in_words(best.kind)} also reduces the misfit." if best.kind else ""
         if self.standing.exact_fails:
             return self._failure(likely, best)
-        if likely == NOTHING and share >= DOUBTED:
+        if likely == NOTHING and share >= AS_STATED.doubted:
             return f"Nothing is missing, with probability {share:.3g}."
         return f"No effect is clearly missing.{also}"
 
     def _but(self, best: FittedModel, odds: str = "") -> str:
         """Probability of an effect, and what makes it doubtful, in brackets."""
         doubts = " and ".join(self.standing.doubts_of(best.effects))
-        is_doubtful = odds and (doubts or best.p_value < LEVEL)
+        is_doubtful = odds and (doubts or best.p_value < AS_STATED.level)
         among = f"{odds} among the candidates" if is_doubtful else odds
         words = ", but ".join(filter(None, [among, doubts]))
         return f" ({words})" if words else ""
@@ -206,17 +209,17 @@ class Ranking:
 
     def _is_misfit_left(self, likely: str, best: FittedModel) -> bool:
         """Whether the best one does not explain all: no candidate does, or it fails its check."""
-        return likely == NONE or best.p_value < LEVEL
+        return likely == NONE or best.p_value < AS_STATED.level
 
     def _verdict_on_new(self, best: FittedModel) -> str:
         """Name an effect that is new in the later of two states, where the evidence is strong."""
         if best.kind and best.kind in self.claimed:
             share = self.probabilities[best.kind]
-            odds = self._but(best, f"probability {share:.3g}" if share >= DOUBTED else "")
-            more = " Something else is new as well." if best.p_value < LEVEL else ""
+            odds = self._but(best, f"probability {share:.3g}" if share >= AS_STATED.doubted else "")
+            more = " Something else is new as well." if best.p_value < AS_STATED.level else ""
             return f"New since the baseline is {best.in_words(best.kind)}{odds}.{more}"
         share = self.probabilities[NOTHING]
-        if share >= DOUBTED:
+        if share >= AS_STATED.doubted:
             return f"Nothing is new since the baseline was measured, with probability {share:.3g}."
         also = f" {best.kind} also reduces the misfit." if best.kind else ""
         return f"No effect is clearly new since the baseline was measured.{also}"

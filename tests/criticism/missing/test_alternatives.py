@@ -30,6 +30,7 @@ def hypothesis(log_evidence, squares, *added):
         data=DATA,
         dimension=1,
         count=100,
+        baseline=None,
         coordinates=SimpleNamespace(named=lambda points: {NAME: points[:, 0]}),
     )
     gaussian = laplace(np.zeros(1), 100.0 * np.eye(1))

@@ -13,10 +13,8 @@ from bayes_placement.criticism.missing import _outliers, _shared_fits
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.criticism.missing._outliers import OUTLIERS, SIZE_OF_OUTLIERS, mixture
 from bayes_placement.criticism.missing._posterior_odds import explains
-from bayes_placement.criticism.missing._unknown_noise import (
-    gain_with_outliers,
-    p_value_of_outliers,
-)
+from bayes_placement.criticism.missing._rows import row_of
+from bayes_placement.criticism.missing._unknown_noise import gain_with_outliers
 from bayes_placement.experiment.noise import Noise
 from bayes_placement.inference.chi2 import LEVEL
 from tests.criticism.small import experiment, measured, without_coherence
@@ -93,9 +91,9 @@ def test_known_noise_has_no_outliers():
 def test_more_outliers_than_a_few_are_a_misfit():
     measurement = without_coherence(measured())
     null = null_hypothesis(of_unknown_noise(), of_unknown_noise().data(measurement))
-    assert explains(null, LEVEL) and p_value_of_outliers(null) > 0.5
+    assert explains(null, LEVEL) and row_of(null).p_value_of_outliers > 0.5
     null = dataclasses.replace(null)  # nothing is computed yet
     rows = null.residual.reshape(-1, 60)
     rows[:, ::12] = 8.0  # a share of 8 %
-    assert p_value_of_outliers(null) < LEVEL
+    assert row_of(null).p_value_of_outliers < LEVEL
     assert not explains(null, LEVEL)

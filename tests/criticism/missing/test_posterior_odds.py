@@ -10,14 +10,12 @@ from scipy.integrate import trapezoid
 from bayes_placement import effects
 from bayes_placement.criticism.missing._hypotheses import Hypothesis
 from bayes_placement.criticism.missing._posterior_odds import (
-    NONE,
-    NOTHING,
-    PRIOR_OF_NONE,
     Comparison,
     greatest_odds_expected,
     p_value,
-    steps_to,
 )
+from bayes_placement.criticism.missing._weighed import NONE, NOTHING
+from bayes_placement.criticism.missing.table import Policy
 from bayes_placement.inference.engines.laplace import laplace
 from bayes_placement.inference.engines.levenberg_marquardt import Fit
 from bayes_placement.inference.residuals import Problem
@@ -38,12 +36,33 @@ def hypothesis(kinds, evidence, squares=COUNT, dimension=4):
     fit = Fit(np.zeros(dimension), 0.0, float(squares), certain, float(evidence), 1)
     noise = SimpleNamespace(deviation=lambda data: 1.0)
     experiment = SimpleNamespace(noise=noise)
-    problem = Mock(spec=Problem, count=COUNT, dimension=dimension, experiment=experiment, data=None)
+    problem = Mock(
+        spec=Problem,
+        count=COUNT,
+        dimension=dimension,
+        experiment=experiment,
+        data=None,
+        baseline=None,
+    )
     return Hypothesis(tuple(EFFECTS[kind] for kind in kinds), problem, fit)
 
 
 def comparison(*hypotheses, **variants):
     return Comparison(list(hypotheses), variants or {"point_mass": 1, "gain_error": 3})
+
+
+def steps_to(pool, last):
+    """Kinds from none to those of a hypothesis."""
+    steps = pool.weighed.steps_to(pool.hypotheses.index(last))
+    return [pool.hypotheses[number].kinds for number in steps]
+
+
+def probabilities_of(*hypotheses, **variants):
+    return comparison(*hypotheses, **variants).weighed.probabilities()
+
+
+def confounded(*hypotheses, **variants):
+    return comparison(*hypotheses, **variants).weighed.confounded()
 
 
 def test_each_effect_halves_the_prior_and_shares_it_among_kinds_and_variants():
@@ -60,7 +79,7 @@ def test_each_effect_halves_the_prior_and_shares_it_among_kinds_and_variants():
 
 def test_probabilities_are_odds_that_sum_to_one():
     nothing, mass = hypothesis([], 0.0), hypothesis(["point_mass"], np.log(30.0))
-    probabilities = comparison(nothing, mass).probabilities()
+    probabilities = probabilities_of(nothing, mass)
     assert probabilities["point_mass"] / probabilities[NOTHING] == pytest.approx(30 / 4)
     assert sum(probabilities.values()) == pytest.approx(1.0)
     assert probabilities["gain_error"] == 0
@@ -84,14 +103,18 @@ def test_a_second_effect_must_pay_for_itself():
 
 def test_data_that_no_candidate_explains_belong_to_none_of_these():
     bad = hypothesis(["point_mass"], 0.0, squares=6 * COUNT)
-    probabilities = comparison(hypothesis([], -3000.0, squares=12 * COUNT), bad).probabilities()
+    probabilities = comparison(
+        hypothesis([], -3000.0, squares=12 * COUNT), bad
+    ).weighed.probabilities()
     assert probabilities[NONE] > 0.999
 
 
 def test_data_that_are_explained_leave_little_for_none_of_these():
     good = hypothesis(["point_mass"], 0.0, squares=1.02 * COUNT)
-    probabilities = comparison(hypothesis([], -3000.0, squares=7 * COUNT), good).probabilities()
-    assert probabilities[NONE] < PRIOR_OF_NONE
+    probabilities = comparison(
+        hypothesis([], -3000.0, squares=7 * COUNT), good
+    ).weighed.probabilities()
+    assert probabilities[NONE] < Policy().prior_of_none
     assert probabilities["point_mass"] > 0.95
 
 
@@ -105,8 +128,10 @@ def test_the_gain_of_a_larger_error_is_that_of_its_integral(determined, factor):
     log_factor = np.linspace(0.0, np.log(1e3), 20001)
     exponent = -0.5 * squares * np.expm1(-2 * log_factor) - (count - determined) * log_factor
     exact = np.log(trapezoid(np.exp(exponent), log_factor) / np.log(1e3))
-    shares = comparison(candidate).probabilities()
-    gain = np.log(shares[NONE] / shares[NOTHING]) - np.log(PRIOR_OF_NONE / (1 - PRIOR_OF_NONE))
+    shares = probabilities_of(candidate)
+    gain = np.log(shares[NONE] / shares[NOTHING]) - np.log(
+        Policy().prior_of_none / (1 - Policy().prior_of_none)
+    )
     assert gain == pytest.approx(exact, abs=0.3)
 
 
@@ -114,19 +139,21 @@ def test_only_what_has_odds_close_to_the_best_is_confounded_with_it():
     best = hypothesis(["point_mass"], 500.0)
     rival = hypothesis(["gain_error"], 495.0, COUNT + 8)
     other = hypothesis(["local_stiffness_loss"], 480.0, COUNT + 8)
-    pairs = comparison(
+    pairs = confounded(
         hypothesis([], 0.0), best, rival, other, point_mass=1, gain_error=1, local_stiffness_loss=1
-    ).confounded()
+    )
     assert pairs == [("point_mass", "gain_error")]
 
 
 def test_what_the_evidence_hardly_prefers_is_confounded_though_neither_explains_all():
     best = hypothesis(["point_mass"], 500.0, 1.5 * COUNT)
     other = hypothesis(["gain_error"], 499.0, 1.5 * COUNT)
-    pairs = comparison(hypothesis([], 0.0), best, other, point_mass=1, gain_error=1).confounded()
+    pairs = comparison(
+        hypothesis([], 0.0), best, other, point_mass=1, gain_error=1
+    ).weighed.confounded()
     assert pairs == [("point_mass", "gain_error")]
     worse = hypothesis(["gain_error"], 495.0, 1.5 * COUNT)
-    assert not comparison(hypothesis([], 0.0), best, worse, gain_error=1).confounded()
+    assert not confounded(hypothesis([], 0.0), best, worse, gain_error=1)
 
 
 def test_p_value_falls_with_the_squares():

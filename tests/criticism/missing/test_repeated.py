@@ -15,7 +15,6 @@ from bayes_placement.criticism.missing._before_and_after import _next_best
 from bayes_placement.criticism.missing._candidates import numbered, renamed
 from bayes_placement.criticism.missing._changes import NEW, UNCHANGED, FoundEffect
 from bayes_placement.criticism.missing._hypotheses import Hypothesis, null_hypothesis
-from bayes_placement.criticism.missing._posterior_odds import steps_to
 from bayes_placement.criticism.missing._repeated import (
     may_be_added,
     named_alike,
@@ -28,7 +27,7 @@ from bayes_placement.effects.library import kind_of
 from bayes_placement.inference.engines.laplace import laplace
 from bayes_placement.inference.engines.levenberg_marquardt import Fit
 from bayes_placement.inference.residuals import Problem
-from tests.criticism.missing.test_posterior_odds import comparison, hypothesis
+from tests.criticism.missing.test_posterior_odds import comparison, hypothesis, steps_to
 from tests.criticism.small import MASS, experiment, measured
 
 OTHER = effects.point_mass(0.72, 0.25, name="other")
@@ -69,18 +68,18 @@ def test_probabilities_say_how_many_of_a_kind_are_missing():
     """Priors halve with each mass, and two of them have two orders."""
     once, twice = (hypothesis(["point_mass"] * n, np.log(4.0 * (2 * n - 1))) for n in (1, 2))
     pool = comparison(hypothesis([], 0.0), once, twice, point_mass=1)
-    shares = pool.probabilities()
+    shares = pool.weighed.probabilities()
     assert list(shares)[:2] == ["point_mass", "point_mass_2"]
     assert shares["point_mass"] / shares["nothing_missing"] == pytest.approx(2.0 + 6.0)
     assert shares["point_mass_2"] / shares["nothing_missing"] == pytest.approx(6.0)
-    alone = comparison(hypothesis([], 0.0), once, point_mass=1).probabilities()
+    alone = comparison(hypothesis([], 0.0), once, point_mass=1).weighed.probabilities()
     assert "point_mass_2" not in alone
 
 
 def test_one_of_two_may_be_confounded_with_another_kind():
     best, other = hypothesis(["point_mass"] * 2, 9.0), hypothesis(["point_mass", "gain_error"], 9.0)
     pool = comparison(hypothesis([], -90.0), best, other)
-    assert pool.confounded() == [("point_mass", "gain_error")]
+    assert pool.weighed.confounded() == [("point_mass", "gain_error")]
     assert confounded_sentence("point_mass", "gain_error", best.kinds) == (
         "These data do not distinguish one point_mass of 2 from gain_error: either of them "
         "explains the data."

@@ -11,20 +11,16 @@ from scipy.stats import norm
 
 import bayes_placement as bp
 from bayes_placement import effects
-from bayes_placement.criticism.missing import _standing, _unknown_noise
+from bayes_placement.criticism.missing import _rows
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
-from bayes_placement.criticism.missing._posterior_odds import (
-    LARGEST_FACTOR,
-    NONE,
-    PRIOR_OF_NONE,
-    Comparison,
-)
-from bayes_placement.criticism.missing._standing import Doubt, Standing
-from bayes_placement.criticism.missing._unknown_noise import gain_of_smooth_misfit
+from bayes_placement.criticism.missing._posterior_odds import Comparison
+from bayes_placement.criticism.missing._standing import Standing
+from bayes_placement.criticism.missing._weighed import NONE
 from bayes_placement.criticism.missing._where_it_fails import where_it_fails
+from bayes_placement.criticism.missing.decide import Doubt
+from bayes_placement.criticism.missing.table import Policy, gain_of_smooth_misfit
 from tests.criticism import small
 from tests.criticism.missing.test_outliers import of_unknown_noise
-from tests.criticism.missing.test_posterior_odds import hypothesis
 from tests.criticism.small import GAIN, MASS, TRUTH, experiment, measured, without_coherence
 
 FAILS = r"The model fails \(reduced chi-square \d+\); no single cause that we know explains it"
@@ -104,7 +100,8 @@ def test_a_claim_without_doubt_is_as_probable_as_any_candidate_is():
 
 
 def test_what_predicts_held_out_data_worse_is_never_certain(monkeypatch):
-    monkeypatch.setattr(_standing, "gain_held_out", lambda *_: (-0.2, 0.1))
+    lost = np.array([0.1, 0.25])  # by every effect, of two blocks
+    monkeypatch.setattr(_rows, "scores", lambda hypothesis: -lost * len(hypothesis.effects))
     ledger = searched(LIBRARY, model_error=None)
     (claim,) = ledger.to_json()["effects"]
     assert claim["doubts"] == ["held-out data are predicted worse with it"]
@@ -146,23 +143,20 @@ def test_of_several_doubts_the_greatest_counts():
 def test_unknown_noise_that_is_smooth_belongs_to_none_of_these(hidden, is_one):
     bar = of_unknown_noise()
     null = null_hypothesis(bar, bar.data(without_coherence(measured(*hidden, seed=4))))
-    share = Comparison([null], {"point_mass": 1}).probabilities()[NONE]
-    assert share > 0.99 if is_one else share < PRIOR_OF_NONE / 10
+    share = Comparison([null], {"point_mass": 1}).weighed.probabilities()[NONE]
+    assert share > 0.99 if is_one else share < Policy().prior_of_none / 10
 
 
 @pytest.mark.parametrize(("ratio", "certainty"), [(0.3, 12.0), (0.7, 20.0), (0.9, 40.0), (1.1, 9)])
-def test_the_gain_of_a_smooth_misfit_is_that_of_its_integral(monkeypatch, ratio, certainty):
-    monkeypatch.setattr(_unknown_noise, "_rows", lambda _: ())
-    monkeypatch.setattr(_unknown_noise, "neumann", lambda *_: (ratio, certainty))
-    log_factor = np.linspace(0.0, np.log(LARGEST_FACTOR), 200_001)
+def test_the_gain_of_a_smooth_misfit_is_that_of_its_integral(ratio, certainty):
+    largest = Policy().largest_factor
+    log_factor = np.linspace(0.0, np.log(largest), 200_001)
     density = norm.pdf((ratio - np.exp(-2 * log_factor)) * certainty)
     density /= norm.pdf((ratio - 1) * certainty)
-    exact = np.log(trapezoid(density, log_factor) / np.log(LARGEST_FACTOR))
+    exact = np.log(trapezoid(density, log_factor) / np.log(largest))
     # Of a ratio above 1 the tail is shorter than half of the Gaussian.
     tolerance = 0.3 if ratio < 1 else 0.9
-    assert gain_of_smooth_misfit(hypothesis([], 0.0), LARGEST_FACTOR) == pytest.approx(
-        exact, abs=tolerance
-    )
+    assert gain_of_smooth_misfit(ratio, certainty, largest) == pytest.approx(exact, abs=tolerance)
 
 
 @pytest.fixture(scope="module")

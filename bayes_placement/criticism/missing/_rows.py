@@ -1,0 +1,85 @@
+"""What is decided by of a fitted hypothesis: its row of numbers."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from ...effects.effect import Effect
+from ...inference.engines.about_mode import SampledPosterior
+from ..check._edges import EDGE
+from ._cautions import shares_at_edges
+from ._held_out import scores
+from ._hypotheses import Hypothesis
+from ._unknown_noise import gain_with_outliers, neumann_of
+from .table import Row
+
+
+def row_of(hypothesis: Hypothesis, log_prior: float = 0.0) -> Row:
+    """Return what the fit alone says."""
+    return Row(
+        kinds=hypothesis.kinds,
+        log_evidence=hypothesis.log_evidence,
+        squares=float(hypothesis.fit.squares),
+        data=int(hypothesis.problem.count),
+        determined=float(hypothesis.fit.determined),
+        log_prior=log_prior,
+        effects=tuple(effect.name for effect in hypothesis.effects),
+        is_noise_known=hypothesis.is_noise_known,
+        has_errors=hypothesis.has_errors,
+        states=1 if hypothesis.problem.baseline is None else 2,
+        chi2_when_exact=float(hypothesis.chi2_when_exact),
+        **_of_unknown_noise(hypothesis),
+    )
+
+
+def _of_unknown_noise(hypothesis: Hypothesis) -> dict[str, Any]:
+    if hypothesis.is_noise_known:
+        return {}
+    return {
+        "neumann": neumann_of(hypothesis),
+        "outliers": hypothesis.with_outliers.outliers,
+        "gain_with_outliers": gain_with_outliers(hypothesis),
+    }
+
+
+def row_in_full(row: Row, hypothesis: Hypothesis, posterior: SampledPosterior | None) -> Row:
+    """Return a row with what takes time: sizes of the errors, held-out scores, edges of priors.
+
+    Parameters
+    ----------
+    row
+        What the fit alone says.
+    hypothesis
+        The hypothesis.
+    posterior
+        Draws of its posterior; None where it was not sampled.
+    """
+    return row._replace(
+        sizes=tuple(_sizes_of_errors(hypothesis)),
+        held_out=tuple(map(float, scores(hypothesis))),
+        edges=tuple(_edges(hypothesis, None if posterior is None else posterior.points)),
+    )
+
+
+def _sizes_of_errors(hypothesis: Hypothesis) -> Iterator[tuple[str, float, float]]:
+    for unknown in hypothesis.problem.unknown_sizes:
+        size = hypothesis.problem.sizes[unknown.name]
+        yield unknown.name, float(size), float(unknown.distribution.cdf(size))
+
+
+def _edges(hypothesis: Hypothesis, points: np.ndarray | None) -> Iterator[tuple[str, str, float]]:
+    """Posterior over prior probability at the edges of the sizes of effects."""
+    shares = list(shares_at_edges(hypothesis, points)) if hypothesis.effects else []
+    for effect in hypothesis.effects:
+        sizes = _sizes(effect, hypothesis)
+        for name, side, share in shares:
+            if share > 0 and name.partition("[")[0] in sizes:
+                yield effect.name, side, share / EDGE
+
+
+def _sizes(effect: Effect, hypothesis: Hypothesis) -> set[str]:
+    """Names of the unknowns that say how large an effect is: its strength, or those of its law."""
+    unknowns = hypothesis.problem.experiment.unknowns_of(effect)
+    fields = {effect.absent[0], "law"}
+    return {unknown.name for unknown in unknowns if unknown.field in fields}

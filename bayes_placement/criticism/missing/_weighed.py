@@ -1,0 +1,153 @@
+"""Posterior odds of the rows of a table, and probabilities of each kind of effect."""
+
+from collections import Counter
+from functools import cached_property
+
+import numpy as np
+from scipy.special import logsumexp
+
+from .table import AS_STATED, Policy, Row, Table
+
+NOTHING, NONE = "nothing_missing", "none_of_these"
+
+
+def log_prior_of_count(count: int, policy: Policy) -> float:
+    """Log prior probability of so many effects, halved by each further one."""
+    return float((count + 1) * np.log(policy.prior_of_further_effect))
+
+
+def log_odds(row: Row, policy: Policy) -> float:
+    """Log evidence plus log prior probability of its effects.
+
+    A model error may not have the form of the true one. Beside it, the error may therefore be
+    larger than stated: differences of evidence then count less.
+    """
+    as_stated = _log_odds_as_stated(row, policy)
+    if not row.has_errors:
+        return as_stated
+    none = policy.prior_of_none
+    larger = row.gain_of_larger_error(policy.largest_factor) + np.log(none)
+    return float(as_stated + np.logaddexp(np.log1p(-none), larger))
+
+
+def _log_odds_as_stated(row: Row, policy: Policy) -> float:
+    """The same, the error being as stated."""
+    log_prior = log_prior_of_count(len(row.kinds), policy) + row.log_prior
+    return row.log_evidence + row.gain_with_outliers + log_prior
+
+
+class Weighed:
+    """Rows with their odds; each is told by its number in the table.
+
+    Parameters
+    ----------
+    table
+        The rows.
+    policy
+        Thresholds and prior probabilities.
+    """
+
+    def __init__(self, table: Table, policy: Policy = AS_STATED) -> None:
+        self.table, self.policy, self.rows = table, policy, table.rows
+        self.odds = [log_odds(row, policy) for row in self.rows]
+
+    @cached_property
+    def ranked(self) -> list[int]:
+        """All rows in descending order of odds; of equal odds by kinds, in any order of rows."""
+        return sorted(range(len(self.rows)), key=lambda n: (-self.odds[n], self.rows[n].kinds))
+
+    @cached_property
+    def best(self) -> int:
+        """Row of the largest odds, less effects without strong evidence."""
+        best = self.ranked[0]
+        for other in self.ranked[1:]:
+            has_fewer = len(self.rows[other].kinds) < len(self.rows[best].kinds)
+            if has_fewer and self.odds[other] > self.odds[best] - np.log(self.policy.strong):
+                best = other
+        return best
+
+    @cached_property
+    def distinct(self) -> list[int]:
+        """The best variant of each collection of kinds, in descending order of odds."""
+        best: dict[tuple[str, ...], int] = {}
+        for number in self.ranked:
+            best.setdefault(self.rows[number].kinds, number)
+        return list(best.values())
+
+    def of(self, kinds: tuple[str, ...]) -> int:
+        """The best variant with these kinds of effects."""
+        return next(number for number in self.distinct if self.rows[number].kinds == kinds)
+
+    def steps_to(self, last: int) -> list[int]:
+        """Rows from none to one, an effect more each time, each of the largest odds.
+
+        Only fitted hypotheses are steps; where none is left, the last step adds all other kinds.
+        """
+        kinds = Counter(self.rows[last].kinds)
+        steps = [self.of(())] if kinds else []
+        for count in range(1, kinds.total()):
+            before = Counter(self.rows[steps[-1]].kinds)
+            between = (
+                number
+                for number in self.distinct
+                if len(self.rows[number].kinds) == count
+                and before <= Counter(self.rows[number].kinds) <= kinds
+            )
+            step = next(between, None)
+            if step is None:
+                break
+            steps.append(step)
+        return [*steps, last]
+
+    def probabilities(self) -> dict[str, float]:
+        """Posterior probability of each kind, of nothing missing and of none of these.
+
+        Of a kind that some hypothesis has twice, that of at least two is named `point_mass_2`.
+        """
+        policy = self.policy
+        log_odds = np.array([_log_odds_as_stated(row, policy) for row in self.rows])
+        stated = log_odds + np.log1p(-policy.prior_of_none)
+        gains = np.array([row.gain_of_none(policy.largest_factor) for row in self.rows])
+        larger = log_odds + gains + np.log(policy.prior_of_none)
+        total = logsumexp(np.concatenate([stated, larger]))
+        shares = list(zip(np.exp(stated - total), self.rows, strict=True))
+        kinds = {
+            numbered_kind(kind, count): float(
+                sum(share for share, row in shares if row.kinds.count(kind) >= count)
+            )
+            for kind, count in self.table.counted_kinds()
+        }
+        nothing = sum(share for share, row in shares if not row.kinds)
+        return kinds | {NOTHING: float(nothing), NONE: float(np.exp(logsumexp(larger) - total))}
+
+    def confounded(self) -> list[tuple[str, str]]:
+        """Pairs of kinds that can replace each other in the best hypothesis.
+
+        Their odds differ by less than strong evidence; or, where both pass the test of chi2, so
+        that the misfit excludes neither, by less than twice that.
+        """
+        best = self.rows[self.best]
+        pairs = []
+        for number in self.distinct:
+            replaced, replacing = swapped(best, self.rows[number])
+            close = self.odds[self.best] - self.odds[number] < self._close(number)
+            if len(replaced) == len(replacing) == 1 and close:
+                pairs.append((replaced[0], replacing[0]))
+        return pairs
+
+    def _close(self, number: int) -> float:
+        """Log odds by which a row is far from the best one."""
+        policy, pair = self.policy, (self.rows[self.best], self.rows[number])
+        both_pass = all(row.passes(policy) for row in pair)
+        return float(np.log(policy.strong_where_passing if both_pass else policy.strong))
+
+
+def swapped(row: Row, other: Row) -> tuple[list[str], list[str]]:
+    """Kinds that a row has and another one has not, and the other way round."""
+    mine, others = Counter(row.kinds), Counter(other.kinds)
+    return [*(mine - others).elements()], [*(others - mine).elements()]
+
+
+def numbered_kind(kind: str, count: int) -> str:
+    """Name of a kind of which there are at least so many: point_mass, point_mass_2 and so on."""
+    return kind if count == 1 else f"{kind}_{count}"

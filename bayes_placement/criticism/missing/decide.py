@@ -1,0 +1,260 @@
+"""Decide what is claimed to be missing from a table of rows alone: pure, in any order of rows."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.special import ndtr
+
+from ..._types import InputError, arguments_checked
+from ._weighed import NONE, NOTHING, Weighed, numbered_kind
+from .table import AS_STATED, Policy, Row, Table
+
+FAILS = "the model still fails its check"
+"""A doubt that a verdict says by itself."""
+
+
+class Doubt(NamedTuple):
+    """Why a claim may be wrong although no candidate explains the data better.
+
+    Parameters
+    ----------
+    words
+        The reason, after "but".
+    p_value
+        Probability of as much reason for doubt where the claim is right.
+    """
+
+    words: str
+    p_value: float
+
+    @property
+    def probability(self) -> float:
+        """Probability that the claim is right, even odds before.
+
+        -e p log p is the least Bayes factor of a p-value: Sellke, Bayarri and Berger, American
+        Statistician 55 (2001), doi:10.1198/000313001300339950.
+        """
+        p = float(np.clip(self.p_value, np.finfo(float).tiny, np.exp(-1.0)))
+        factor = -np.exp(1.0) * p * np.log(p)
+        return float(factor / (1 + factor))
+
+
+class Decision(NamedTuple):
+    """What is claimed.
+
+    Parameters
+    ----------
+    kinds
+        Kinds of the effects that are claimed, sorted; none where nothing is.
+    probabilities
+        Posterior probability of each kind, of `nothing_missing` and of `none_of_these`.
+    confounded
+        Pairs of kinds that these data do not distinguish.
+    unexplained
+        Whether what is claimed still fails its check.
+    exact_fails
+        Whether the model as given, without model error, fails its check.
+    reasons
+        Why no more is claimed, in short words.
+    doubts
+        What makes each effect that is claimed doubtful, by its name.
+    told_as_missing
+        Kinds that are more than the best of several; the others only reduce the misfit.
+    steps
+        Numbers of the rows from the model as given to what is claimed, one effect more each time.
+
+    Examples
+    --------
+    >>> decision = bp.decide(ledger.rows)
+    >>> decision.kinds, decision.unexplained, round(decision.nothing_missing, 3)
+    (('point_mass',), False, 0.0)
+    """
+
+    kinds: tuple[str, ...]
+    probabilities: dict[str, float]
+    confounded: tuple[tuple[str, str], ...]
+    unexplained: bool
+    exact_fails: bool
+    reasons: tuple[str, ...]
+    doubts: Mapping[str, tuple[Doubt, ...]]
+    told_as_missing: tuple[str, ...]
+    steps: tuple[int, ...]
+
+    @property
+    def nothing_missing(self) -> float:
+        """Probability that nothing is missing."""
+        return self.probabilities[NOTHING]
+
+    @property
+    def none_of_these(self) -> float:
+        """Probability that none of the candidates explains the data."""
+        return self.probabilities[NONE]
+
+
+@arguments_checked
+def decide(table: Table | Mapping[str, Any], policy: Policy = AS_STATED) -> Decision:
+    """Decide what is missing from numbers that are stored: nothing is fitted.
+
+    The same table and policy give the same decision, in any order of rows. `table` of `ledger.json`
+    is such a table, so that a search is decided again by other thresholds in no time.
+
+    Parameters
+    ----------
+    table
+        Numbers of every fitted hypothesis, one of them without effects; or the same as of JSON.
+    policy
+        Thresholds and prior probabilities.
+
+    Raises
+    ------
+    InputError
+        If it is no table, or no row is without effects.
+
+    Examples
+    --------
+    >>> import json
+    >>> stored = json.loads(json.dumps(ledger.to_json()))
+    >>> bp.decide(stored["table"], bp.Policy(**stored["policy"])).kinds == ledger.verdict
+    True
+    >>> bp.decide(stored["table"], bp.Policy(prior_of_none=0.5)).reasons
+    ()
+    """
+    table = table if isinstance(table, Table) else Table.from_json(table)
+    if all(row.kinds for row in table.rows):
+        raise InputError(
+            f"A table of {len(table.rows)} rows was given, each with an effect; one without is "
+            "needed, since effects are compared with the model as given: "
+            "bp.decide(ledger.to_json()['table'])."
+        )
+    weighed = Weighed(table, policy)
+    claimed, reasons = _claimed(weighed)
+    steps = weighed.steps_to(claimed)
+    way = [table.rows[number] for number in steps]
+    last, probabilities = way[-1], weighed.probabilities()
+    unexplained = last.p_value < policy.level
+    fit = bool(last.sizes), last.is_noise_known, unexplained
+    odds = {kind: probabilities[numbered_kind(kind, last.kinds.count(kind))] for kind in last.kinds}
+    return Decision(
+        kinds=last.kinds,
+        probabilities=probabilities,
+        confounded=tuple(weighed.confounded()),
+        unexplained=unexplained,
+        exact_fails=way[0].p_value_when_exact < policy.level,
+        reasons=tuple(reasons),
+        doubts={name: tuple(_doubts(name, way, policy)) for name in last.effects},
+        told_as_missing=tuple(kind for kind in odds if is_missing(*fit, odds[kind], policy)),
+        steps=tuple(steps),
+    )
+
+
+def _claimed(weighed: Weighed) -> tuple[int, list[str]]:
+    """The row that is claimed, and why no more is: none where the model passes its check.
+
+    Chi2 over many lines passes although an effect shows in a few: there, odds of twice strong
+    evidence decide. Where a model error is allowed, effects that do not hold are left out, the last
+    one first.
+    """
+    rows, policy, best = weighed.rows, weighed.policy, weighed.best
+    none = weighed.of(())
+    reasons = []
+    if best != weighed.ranked[0]:
+        reasons.append(f"the evidence for {_named(rows[weighed.ranked[0]])} is not strong")
+    weak = weighed.odds[best] - weighed.odds[none] < np.log(policy.strong_where_passing)
+    if rows[best].kinds and not rows[none].has_errors and rows[none].passes(policy) and weak:
+        return none, [*reasons, "the model as given passes its check"]
+    if not rows[best].has_errors:
+        return best, reasons
+    *fewer, claimed = weighed.steps_to(best)
+    while fewer and (objection := next(objections(weighed, claimed, fewer[-1]), "")):
+        reasons.append(f"{_named(rows[claimed])} {objection}")
+        claimed = fewer.pop()
+    return claimed, reasons
+
+
+def objections(weighed: Weighed, number: int, fewer: int) -> Iterator[str]:
+    """Why a claim does not hold where a model error is allowed; nothing where it does.
+
+    The form of a model error is assumed, so that evidence alone does not suffice with it: the
+    effects must also predict held-out data better than fewer of them, none of them may be only the
+    best of several, and each must explain more than it leaves to the model error: scatter along a
+    structure looks a little like many effects. Of two states, their difference shows what is new:
+    less is asked there.
+    """
+    row, before, policy = weighed.rows[number], weighed.rows[fewer], weighed.policy
+    if row.states == 1:
+        if not stands_out(weighed, number):
+            yield "is not the only one that explains the data"
+        if not _explains_most(row, before, policy):
+            yield "leaves more to the model error than it explains"
+    if not predicts_better(row, before, policy):
+        yield "predicts held-out data no better"
+
+
+def stands_out(weighed: Weighed, number: int) -> bool:
+    """Whether no other effect explains the data as well."""
+    return not any(kind in weighed.rows[number].kinds for kind, _ in weighed.confounded())
+
+
+def predicts_better(row: Row, before: Row, policy: Policy) -> bool:
+    """Whether a row predicts held-out lines better than that of fewer effects.
+
+    By more than twice the standard error: a gain of one block alone may be of its errors.
+    """
+    gain, error = gain_held_out(row, before)
+    return gain > policy.held_out_errors * error
+
+
+def _explains_most(row: Row, before: Row, policy: Policy) -> bool:
+    """Whether the last effect explains more of the misfit than what is left to model error.
+
+    Each of the exact models. A forgotten mass or a soft spot that is as large as the scatter of
+    the structure is a part of that scatter, although an effect at its place fits it well.
+    Unknown noise grows with the misfit, so that it decides nothing.
+    """
+    misfit, left = before.chi2_when_exact - 1.0, row.chi2_when_exact - 1.0
+    too_little = misfit - left <= policy.explained * misfit  # not of NaN: not fitted without errors
+    return not (row.is_noise_known and too_little)
+
+
+def gain_held_out(row: Row, other: Row) -> tuple[float, float]:
+    """Gain of the mean log density of held-out data, and its standard error over the blocks.
+
+    NaN where there are no two blocks.
+    """
+    if min(len(row.held_out), len(other.held_out)) < 2:
+        return float("nan"), float("nan")
+    gains = np.subtract(row.held_out, other.held_out)
+    return float(np.mean(gains)), float(np.std(gains, ddof=1) / np.sqrt(gains.size))
+
+
+def is_missing(
+    has_errors: bool, is_noise_known: bool, unexplained: bool, probability: float, policy: Policy
+) -> bool:
+    """Whether an effect of a claim is more than the best of several.
+
+    Where a model error is allowed it is: held-out data confirm it, and a larger model error is
+    among the rivals already. Where the noise is not known, it is if the residuals scatter as
+    noise does.
+    """
+    if has_errors or not is_noise_known:
+        return has_errors or not unexplained
+    return probability >= policy.doubted
+
+
+def _doubts(name: str, way: list[Row], policy: Policy) -> Iterator[Doubt]:
+    """What makes an effect of the last row doubtful."""
+    for effect, side, ratio in way[-1].edges:
+        if effect == name and ratio >= policy.piled_up:
+            # By Markov's inequality a right prior leaves so much at an edge as seldom.
+            yield Doubt(f"its size sits at the {side} edge of its prior", 1 / ratio)
+    number = next(n for n, row in enumerate(way) if name in row.effects)
+    gain, error = gain_held_out(way[number], way[max(0, number - 1)])
+    if gain < -policy.held_out_errors * error < 0:
+        yield Doubt("held-out data are predicted worse with it", float(ndtr(gain / error)))
+    if way[-1].p_value < policy.level:
+        yield Doubt(FAILS, way[-1].p_value)
+
+
+def _named(row: Row) -> str:
+    return " + ".join(row.kinds)

@@ -1,0 +1,282 @@
+"""What is decided by: one row of numbers for each fitted hypothesis, and the thresholds."""
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.stats import binom, chi2, norm
+
+from ..._types import InputError, check_positive
+from ...inference.chi2 import LEVEL
+from ..check._edges import PILED
+from ._outliers import OUTLIERS
+
+NAN = float("nan")
+
+
+@dataclass(frozen=True)
+class Policy:
+    """Every threshold and prior probability by which `decide` decides.
+
+    Parameters
+    ----------
+    level
+        Probability that a correct model fails its check of chi2, or has so many outliers [1].
+    strong
+        Bayes factor from which evidence for one more effect is strong [1]; of 20 by Kass and
+        Raftery, doi:10.1080/01621459.1995.10476572.
+    strong_where_passing
+        The same where the model passes its check without the effect [1]: chi2 over many lines
+        passes although an effect shows in a few. Strong evidence twice.
+    prior_of_further_effect
+        Prior probability that a further effect is missing [1].
+    prior_of_none
+        Prior probability that the error is larger than stated, for a reason that no candidate
+        has [1].
+    largest_factor
+        Greatest factor on the stated deviation, log-uniform from 1 [1].
+    held_out_errors
+        Standard errors over the blocks by which held-out data are predicted better with an effect
+        beside a model error, or worse with one that is doubted [1].
+    explained
+        Least share that an effect explains of the misfit that the exact model has without it [1].
+    piled_up
+        Posterior over prior probability at the edge of a prior from which a size is doubted [1]; by
+        Markov's inequality a correct model exceeds it as seldom as its inverse.
+    doubted
+        Probability of `none_of_these` above which the stated noise is in doubt, and of an effect
+        below which it only reduces the misfit [1].
+    outlier
+        Probability from which on a datum is told to be an outlier [1].
+
+    Examples
+    --------
+    >>> bp.decide(ledger.rows, bp.Policy(strong=1e9)).kinds
+    ('point_mass',)
+    """
+
+    level: float = LEVEL
+    strong: float = 20.0
+    strong_where_passing: float = 400.0
+    prior_of_further_effect: float = 0.5
+    prior_of_none: float = 0.05
+    largest_factor: float = 1e3
+    held_out_errors: float = 2.0
+    explained: float = 0.5
+    piled_up: float = PILED
+    doubted: float = 0.5
+    outlier: float = 0.99
+
+    def __post_init__(self) -> None:
+        """Refuse what is no number above zero, and probabilities of one and more."""
+        for each in fields(self):
+            most = 0.999 if each.default < 1 else np.inf  # type: ignore[operator]
+            instead = f"Policy({each.name}={each.default})"
+            check_positive(each.name, vars(self)[each.name], instead, most)
+
+
+AS_STATED = Policy()
+
+
+class Row(NamedTuple):
+    """Numbers of a fitted hypothesis. NaN stands for what there is not.
+
+    Parameters
+    ----------
+    kinds
+        Kinds of its effects, sorted; none of the model as given.
+    log_evidence
+        Log evidence.
+    squares
+        Sum of squares of the residuals over their deviations.
+    data
+        Number of data.
+    determined
+        Number of unknowns that the data determine.
+    log_prior
+        Log prior probability among hypotheses of as many effects.
+    effects
+        Names of its effects.
+    is_noise_known
+        Whether the level of the noise is stated, or read from the data.
+    neumann
+        Of unknown noise, von Neumann's ratio of the residuals and the inverse of its deviation.
+    outliers
+        Of unknown noise, expected number of outliers.
+    gain_with_outliers
+        Log likelihood gained where a few data may be outliers.
+    has_errors
+        Whether a model error is fitted.
+    states
+        States of the structure that share all other unknowns: 2 with a baseline.
+    chi2_when_exact
+        Chi2 per datum of its fit without model error.
+    p_value_when_exact
+        Of the model as given, p-value of its check without model error.
+    sizes
+        Unknown sizes of the model error: name, size, and the share of its prior below.
+    held_out
+        Mean log density of a datum of each block that was held out; empty where not computed.
+    edges
+        Of sizes of its effects: name of the effect, side, and posterior over prior probability at
+        that edge of the prior.
+    """
+
+    kinds: tuple[str, ...]
+    log_evidence: float
+    squares: float
+    data: int
+    determined: float
+    log_prior: float = 0.0
+    effects: tuple[str, ...] = ()
+    is_noise_known: bool = True
+    neumann: tuple[float, float] = (NAN, NAN)
+    outliers: float = 0.0
+    gain_with_outliers: float = 0.0
+    has_errors: bool = False
+    states: int = 1
+    chi2_when_exact: float = NAN
+    p_value_when_exact: float = NAN
+    sizes: tuple[tuple[str, float, float], ...] = ()
+    held_out: tuple[float, ...] = ()
+    edges: tuple[tuple[str, str, float], ...] = ()
+
+    @property
+    def p_value(self) -> float:
+        """Probability that a correct model has at least as large a sum of squares.
+
+        NaN where the data determine as many unknowns as there are data. Where the noise is not
+        known, that its residuals exceed the scatter of neighbouring lines as much.
+        """
+        if not self.is_noise_known:
+            ratio, certainty = self.neumann
+            return float(norm.cdf((ratio - 1) * certainty))
+        free = self.data - self.determined
+        return float(chi2.sf(self.squares, free)) if free > 0 else NAN
+
+    @property
+    def p_value_of_outliers(self) -> float:
+        """Probability of at least as many outliers, of the share that a mixture assumes.
+
+        More of them are a misfit at many lines, which an effect may explain.
+        """
+        return float(binom.sf(np.ceil(self.outliers) - 1, self.data, OUTLIERS))
+
+    def passes(self, policy: Policy) -> bool:
+        """Whether it passes its check; where the noise is unknown, no check is possible."""
+        return self.is_noise_known and not self.p_value < policy.level
+
+    def explains(self, policy: Policy) -> bool:
+        """Whether it leaves nothing but noise, so that no more effects are looked for.
+
+        It passes its check; or, where the noise is unknown, its residuals are no larger than the
+        scatter of neighbouring lines, and no more of them are outliers than assumed. That alone
+        does not say that a model is right: at lines far from each other any misfit scatters.
+        """
+        if self.is_noise_known:
+            return self.passes(policy)
+        return min(self.p_value, self.p_value_of_outliers) >= policy.level
+
+    def gain_of_larger_error(self, largest: float) -> float:
+        """Gain of log evidence where the error may be larger by an unknown factor s.
+
+        Laplace's method in log s about s^2 = squares per degree of freedom; where this is below 1,
+        about s = 1 with the lower half of the Gaussian cut off. Posterior deviations of parameters
+        grow by s. An error that is not stated is none that could be larger.
+        """
+        if not self.is_noise_known:
+            return -np.inf
+        free = max(self.data - self.determined, 1.0)
+        factor = max(self.squares / free, 1.0)
+        gain = 0.5 * self.squares * (1 - 1 / factor) - 0.5 * free * np.log(factor)
+        width = np.sqrt(np.pi / free) * (1.0 if factor > 1 else 0.5)
+        return float(gain + np.log(width / np.log(largest)))
+
+    def gain_of_none(self, largest: float) -> float:
+        """Gain of log evidence where something is missing that no candidate is.
+
+        A stated noise may be too small by a factor. One that is not stated takes up the misfit by
+        itself, which then is larger than the scatter of neighbouring lines.
+        """
+        if self.is_noise_known:
+            return self.gain_of_larger_error(largest)
+        return gain_of_smooth_misfit(*self.neumann, largest)
+
+
+def gain_of_smooth_misfit(ratio: float, certainty: float, largest: float) -> float:
+    """Gain of log evidence where the residuals may be a factor s larger than the noise.
+
+    What is left of a misfit is smooth: it multiplies von Neumann's ratio by 1 / s^2. The ratio is
+    normal, log s uniform between 0 and the log of the largest factor, as with known noise; by
+    Laplace's method about s^2 = 1 / ratio; where this is below 1, about s = 1 with the half above
+    it. Zero where the ratio tells nothing.
+    """
+    if np.isnan(ratio):
+        return 0.0
+    below = min(ratio, 1.0)
+    width = np.sqrt(2 * np.pi) / (2 * below * certainty) * (1.0 if ratio < 1 else 0.5)
+    share = min(float(width / np.log(largest)), 1.0)
+    return float(0.5 * ((1 - below) * certainty) ** 2 + np.log(share))
+
+
+class Table(NamedTuple):
+    """Rows of all fitted hypotheses, one of them without effects.
+
+    Parameters
+    ----------
+    rows
+        One a hypothesis, in any order.
+    kinds
+        Kinds that were tried, fitted or not.
+    """
+
+    rows: Sequence[Row]
+    kinds: tuple[str, ...] = ()
+
+    def counted_kinds(self) -> list[tuple[str, int]]:
+        """Every kind once, then those that a row has more than once, with each number."""
+        kinds = dict.fromkeys([*self.kinds, *(kind for row in self.rows for kind in row.kinds)])
+        most: Counter[str] = Counter()
+        for row in self.rows:
+            most |= Counter(row.kinds)
+        several = [(kind, number) for kind in kinds for number in range(2, most[kind] + 1)]
+        return [*((kind, 1) for kind in kinds), *several]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as numbers and words for a file; None for numbers that are not finite."""
+        rows = [{name: _plain(value) for name, value in row._asdict().items()} for row in self.rows]
+        return {"kinds": list(self.kinds), "rows": rows}
+
+    @classmethod
+    def from_json(cls, content: Mapping[str, Any]) -> "Table":
+        """Return what `to_json` wrote.
+
+        Raises
+        ------
+        InputError
+            If it is something else.
+        """
+        try:
+            rows = [{name: _read(each) for name, each in row.items()} for row in content["rows"]]
+            return cls([Row(**row) for row in rows], tuple(content["kinds"]))
+        except (KeyError, TypeError, AttributeError) as error:
+            raise InputError(
+                f"A table of {', '.join(map(repr, content)) or 'nothing'} was given; 'kinds' and "
+                f"'rows' are needed, each with the fields of a row, since it is decided by them "
+                f"({error}): bp.decide(json.load(open('ledger.json'))['table'])."
+            ) from error
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return [_plain(part) for part in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _read(value: Any) -> Any:
+    if isinstance(value, list):
+        return tuple(_read(part) for part in value)
+    return NAN if value is None else value

@@ -1,0 +1,260 @@
+"""What is claimed of rows of numbers: nothing is fitted."""
+
+import dataclasses
+import itertools
+import json
+
+import numpy as np
+import pytest
+
+import bayes_placement as bp
+from bayes_placement._types import InputError
+from bayes_placement.criticism.missing.table import Row, Table
+
+COUNT = 1000
+PASSES, FAILS = COUNT, 2 * COUNT
+"""Sums of squares of models that pass their check and that fail."""
+
+BLOCKS = (1.0, 1.2, 0.9, 1.1)
+"""Scores of held-out data, of a standard error of 0.06 where those of others are alike."""
+
+
+def row(kinds, evidence, squares=PASSES, **others):
+    """A row of known noise; kinds are typed with blanks between them."""
+    names = tuple(kinds.split())
+    return Row(names, evidence, squares, COUNT, 4.0, effects=names, **others)
+
+
+def erroneous(kinds, evidence, chi2, gain=0.0, **others):
+    """A row with model error that predicts held-out data better by a gain."""
+    held_out = tuple(gain * block for block in BLOCKS)
+    settings = {"has_errors": True, "chi2_when_exact": chi2, "held_out": held_out}
+    return row(kinds, evidence, **settings | others)
+
+
+def decided(*rows, **policy):
+    return bp.decide(Table(list(rows)), bp.Policy(**policy))
+
+
+NONE = row("", -900.0, FAILS)
+
+
+def test_where_the_model_passes_its_check_nothing_is_missing():
+    decision = decided(row("", 0.0), row("mass", -1.0), row("gain", -2.0))
+    assert decision.kinds == () and not decision.unexplained and decision.steps == (0,)
+    # Odds are 4 and 4 e to one, and of a larger error that the policy says.
+    odds = 1 + np.exp(-1) / 2 + np.exp(-2) / 2
+    assert decision.nothing_missing == pytest.approx((1 - decision.none_of_these) / odds)
+    assert decision.none_of_these < bp.Policy().prior_of_none
+    assert decision.reasons == ()
+
+
+def test_strong_evidence_is_a_claim():
+    decision = decided(NONE, row("mass", 0.0), row("gain", -800.0, FAILS))
+    assert decision.kinds == decision.told_as_missing == ("mass",)
+    assert decision.probabilities["mass"] > 0.95
+    assert decision.confounded == () and decision.doubts == {"mass": ()}
+
+
+@pytest.mark.parametrize(("squares", "factor", "kinds"), [(PASSES, 30, ()), (FAILS, 30, ("mass",))])
+def test_where_the_model_passes_its_check_twice_strong_evidence_is_needed(squares, factor, kinds):
+    """Chi2 of 6000 lines passes although an effect shows in some of them."""
+    rows = row("", 0.0, squares), row("mass", np.log(2 * factor))
+    decision = decided(*rows)
+    assert decision.kinds == kinds
+    assert decision.reasons == (() if kinds else ("the model as given passes its check",))
+    assert decided(rows[0], row("mass", np.log(2 * 401))).kinds == ("mass",)
+
+
+def test_two_effects_of_nearly_the_same_odds_are_confounded():
+    decision = decided(NONE, row("mass", 0.0), row("spring", -1.0), row("gain", -9.0))
+    assert decision.kinds == ("mass",)
+    assert decision.confounded == (("mass", "spring"),)
+    assert decision.probabilities["spring"] == pytest.approx(
+        decision.probabilities["mass"] / np.e, rel=1e-6
+    )
+
+
+def test_one_effect_more_with_less_misfit_but_weak_evidence_is_not_claimed():
+    single, pair = row("mass", 0.0), row("gain mass", np.log(2 * 19.0), PASSES - 20)
+    decision = decided(NONE, single, pair)
+    assert decision.kinds == ("mass",)
+    assert decision.reasons == ("the evidence for gain + mass is not strong",)
+    strong = pair._replace(log_evidence=np.log(2 * 21.0))
+    decision = decided(NONE, single, strong)
+    assert decision.kinds == ("gain", "mass") and decision.steps == (0, 1, 2)
+
+
+@pytest.mark.parametrize(
+    ("chi2", "kinds"), [(30.0, ("mass",)), (50.0, ("mass",)), (51.0, ()), (90.0, ())]
+)
+def test_an_effect_explains_more_than_it_leaves_to_the_model_error(chi2, kinds):
+    rows = erroneous("", 0.0, 100.0), erroneous("mass", 30.0, chi2, gain=1.0)
+    decision = decided(*rows)
+    assert decision.kinds == kinds
+    reason = "mass leaves more to the model error than it explains"
+    assert decision.reasons == (() if kinds else (reason,))
+    # What is new since a baseline may be small.
+    assert decided(*(each._replace(states=2) for each in rows)).kinds == ("mass",)
+
+
+def test_beside_a_model_error_what_something_else_explains_as_well_is_not_claimed():
+    rows = erroneous("", 0.0, 100.0), erroneous("mass", 30.0, 9.0, gain=1.0)
+    decision = decided(*rows, erroneous("spring", 29.0, 9.0, gain=1.0))
+    assert decision.kinds == () and decision.confounded == (("mass", "spring"),)
+    assert decision.reasons == ("mass is not the only one that explains the data",)
+
+
+@pytest.mark.parametrize(("held_out", "kinds"), [(-1.0, ()), (0.25, ()), (0.27, ("mass",))])
+def test_an_effect_predicts_held_out_data_better_by_two_standard_errors(held_out, kinds):
+    none = erroneous("", 0.0, 100.0, held_out=(0.0, 0.1, -0.1, 0.2))
+    scores = tuple(held_out + noise for noise in (0.1, 0.0, 0.2, -0.1))
+    decision = decided(none, erroneous("mass", 30.0, 9.0, held_out=scores))
+    assert decision.kinds == kinds
+    assert decision.reasons == (() if kinds else ("mass predicts held-out data no better",))
+
+
+def test_effects_that_do_not_hold_are_left_out_one_by_one():
+    rows = [
+        erroneous("", 0.0, 100.0),
+        erroneous("mass", 30.0, 20.0, gain=1.0),
+        erroneous("gain mass", 60.0, 5.0, gain=0.9),
+    ]
+    assert decided(*rows).kinds == ("mass",)
+    assert decided(*rows).reasons == ("gain + mass predicts held-out data no better",)
+    rows[1] = erroneous("mass", 30.0, 20.0, gain=-1.0)
+    rows[2] = erroneous("gain mass", 60.0, 15.0, gain=-2.0)
+    assert decided(*rows).kinds == () and len(decided(*rows).reasons) == 2
+
+
+def test_unknown_noise_is_judged_by_the_scatter_of_neighbouring_lines():
+    unknown = {"is_noise_known": False, "outliers": 10.0}
+    smooth, rough = {**unknown, "neumann": (0.3, 20.0)}, {**unknown, "neumann": (1.0, 20.0)}
+    decision = decided(row("", 0.0, **smooth), row("mass", 50.0, **rough))
+    assert decision.kinds == decision.told_as_missing == ("mass",)
+    assert not decision.unexplained
+    nothing = decided(row("", 50.0, **smooth), row("mass", 0.0, **smooth))
+    assert nothing.kinds == () and nothing.unexplained
+    assert nothing.none_of_these > 0.99
+    only_best = decided(row("", 0.0, **smooth), row("mass", 50.0, **smooth))
+    assert only_best.kinds == ("mass",) and only_best.told_as_missing == ()
+
+
+def test_a_claim_is_doubted_by_edges_held_out_data_and_its_check():
+    none = NONE._replace(held_out=BLOCKS)
+    worse = tuple(score - loss for score, loss in zip(BLOCKS, (0.1, 0.2, 0.1, 0.2), strict=True))
+    edges = (("mass", "upper", 30.0), ("mass", "lower", 9.0), ("gain", "lower", 40.0))
+    mass = row("mass", 0.0, 1.3 * COUNT, held_out=worse, edges=edges)
+    decision = decided(none, mass)
+    words = [doubt.words for doubt in decision.doubts["mass"]]
+    assert words == [
+        "its size sits at the upper edge of its prior",
+        "held-out data are predicted worse with it",
+        "the model still fails its check",
+    ]
+    assert decision.doubts["mass"][0].p_value == pytest.approx(1 / 30)
+    assert decision.unexplained
+
+
+POOL = [
+    erroneous("", 0.0, 100.0),
+    erroneous("gain", 8.0, 90.0, gain=0.1),
+    erroneous("mass", 30.0, 20.0, gain=1.0),
+    erroneous("mass", 12.0, 25.0),
+    erroneous("spring", 24.0, 30.0, gain=0.9),
+    erroneous("gain mass", 70.0, 4.0, gain=1.5),
+]
+
+
+def test_the_order_of_rows_has_no_consequence():
+    first = decided(*POOL)
+    assert first.kinds == ("gain", "mass")
+    for rows in itertools.islice(itertools.permutations(POOL), 0, 720, 7):
+        decision = decided(*rows)
+        assert [rows[n] for n in decision.steps] == [POOL[n] for n in first.steps]
+        assert decision.confounded == first.confounded
+        assert decision.reasons == first.reasons
+        assert decision.probabilities == pytest.approx(first.probabilities)
+
+
+@pytest.mark.parametrize("excess", [3.1, 4.0, 7.0, 20.0])
+def test_twice_the_difference_of_evidence_is_no_less_of_a_claim(excess):
+    rows = NONE, row("mass", NONE.log_evidence + excess + np.log(2))
+    twice = rows[0], rows[1]._replace(log_evidence=NONE.log_evidence + 2 * excess + np.log(2))
+    assert decided(*rows).kinds == decided(*twice).kinds == ("mass",)
+
+
+@pytest.mark.parametrize(
+    ("policy", "kinds"),
+    [({}, ("mass",)), ({"strong": 100.0}, ()), ({"prior_of_further_effect": 0.1}, ())],
+)
+def test_the_policy_says_what_is_strong(policy, kinds):
+    rows = row("", 0.0, FAILS), row("mass", np.log(2 * 30.0), FAILS)
+    assert decided(*rows, **policy).kinds == kinds
+
+
+def test_the_policy_says_when_a_check_fails_and_what_stands_out():
+    rows = row("", 0.0, 1.09 * COUNT), row("mass", np.log(2 * 30.0))
+    assert decided(*rows).kinds == () and decided(*rows, level=0.05).kinds == ("mass",)
+    small = erroneous("", 0.0, 100.0), erroneous("mass", 30.0, 60.0, gain=1.0)
+    assert decided(*small).kinds == () and decided(*small, explained=0.3).kinds == ("mass",)
+    seldom = decided(*rows, prior_of_none=1e-6).none_of_these
+    assert seldom < 1e-4 * decided(*rows).none_of_these / bp.Policy().prior_of_none
+
+
+def test_a_table_is_the_same_after_json():
+    unknown = row("mass", 1 / 3, is_noise_known=False, neumann=(0.3, 20.0), outliers=2.5)
+    edged = POOL[-1]._replace(edges=(("mass", "upper", 12.5),), sizes=(("sigma", 0.02, 0.7),))
+    table = Table([*POOL[:-1], edged], ("gain", "mass", "spring", "delay"))
+    again = Table.from_json(json.loads(json.dumps(table.to_json())))
+    np.testing.assert_equal(again, table)
+    assert bp.decide(again) == bp.decide(table) == bp.decide(table.to_json())
+    np.testing.assert_equal(Table.from_json(Table([unknown]).to_json()).rows, [unknown])
+    assert bp.decide(table).probabilities["delay"] == 0
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ({"rows": []}, "'kinds' and 'rows' are needed"),
+        ({"kinds": [], "rows": [{"kinds": []}]}, "each with the fields of a row"),
+        ({"kinds": [], "rows": [{"colour": "red"}]}, "each with the fields of a row"),
+        (Table([row("mass", 0.0)]), "one without is needed"),
+    ],
+)
+def test_what_is_no_table_is_refused(table, words):
+    with pytest.raises(InputError, match=words):
+        bp.decide(table)
+
+
+def test_no_threshold_is_without_consequence():
+    """Each but those of words changes a decision on some of the rows above."""
+    mixed = [
+        row("", 0.0, 1.09 * COUNT, held_out=BLOCKS),
+        row("mass", 6.0, held_out=tuple(score - 1 for score in BLOCKS)),
+        row("spring", 4.0, PASSES, edges=(("spring", "upper", 12.0),)),
+    ]
+    worse = tuple(score - loss for score, loss in zip(BLOCKS, (0.1, 0.5, 0.1, 0.2), strict=True))
+    doubted = [
+        row("", 0.0, FAILS, held_out=BLOCKS),
+        row("mass", 99.0, held_out=worse, edges=(("mass", "upper", 12.0),)),
+    ]
+    alike = [NONE, row("mass", 0.0), row("spring", -1.0)]
+    tables = [mixed, doubted, alike, POOL[:3]]
+    extremes = {
+        "level": 0.5,
+        "strong": 1e30,
+        "strong_where_passing": 1.0,
+        "prior_of_further_effect": 0.01,
+        "prior_of_none": 0.5,
+        "largest_factor": 2.0,
+        "held_out_errors": 50.0,
+        "explained": 0.99,
+        "piled_up": 20.0,
+        "doubted": 0.999,
+    }
+    names = {field.name for field in dataclasses.fields(bp.Policy)}
+    assert names == {*extremes, "outlier"}
+    for name, value in extremes.items():
+        changed = [decided(*rows, **{name: value}) != decided(*rows) for rows in tables]
+        assert any(changed), name
