@@ -1191,6 +1191,11 @@ def calls_of_verbs():
             bp.reach,
             {name: missing[name] for name in ("experiment", "measurement", *progress)},
         ),
+        "decide": Call(
+            bp.decide,
+            {"table": mapping(TABLE, others={"kinds": [], "rows": [3]}), "policy": thing(POLICY)},
+        ),
+        "Policy": Call(bp.Policy, {name: positive(value) for name, value in vars(POLICY).items()}),
         "explain": Call(bp.explain, missing),
         "improve": Call(bp.improve, missing | {"level": level, "most_effects": count(1, "zero")}),
         "compare": Call(
@@ -1254,6 +1259,23 @@ def calls_of_verbs():
             },
         ),
     }
+
+
+POLICY = bp.Policy()
+TABLE = {
+    "kinds": ["point_mass"],
+    "rows": [
+        {"kinds": [], "log_evidence": -9.0, "squares": 90.0, "data": 60, "determined": 4.0},
+        {
+            "kinds": ["point_mass"],
+            "log_evidence": 0.0,
+            "squares": 60.0,
+            "data": 60,
+            "determined": 6,
+        },
+    ],
+}
+"""Rows of two hypotheses, as JSON has them."""
 
 
 def log_experiment():

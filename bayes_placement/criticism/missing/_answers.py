@@ -110,15 +110,7 @@ class Answer(NamedTuple):
     baseline: Hypothesis | None = None
 
     def table(self, policy: Policy, sampled: Mapping[int, Any] = MappingProxyType({})) -> Table:
-        """All that is decided by.
-
-        Parameters
-        ----------
-        policy
-            Thresholds, which say which rows may be claimed and are needed in full.
-        sampled
-            Hypotheses that were sampled, by identity.
-        """
+        """All that is decided by; of hypotheses that were sampled, the edges of their draws."""
         table = self.comparison.table_in_full(policy, sampled)
         exact = p_value(self.null) if self.baseline is None else np.nan
         rows = [row if row.kinds else row._replace(p_value_when_exact=exact) for row in table.rows]

@@ -1,6 +1,5 @@
 """What is claimed to be missing, one entry an effect: where, by which law, and what else fits."""
 
-from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
@@ -21,6 +20,7 @@ from ._estimates import ParameterEstimate, estimates, laplace, number_or_none
 from ._hypotheses import Hypothesis
 from ._posterior_odds import Comparison
 from ._standing import Standing
+from ._weighed import swapped
 from .fitted_model import FittedModel
 
 SCHEMA = 1
@@ -82,11 +82,10 @@ def _equivalent(
     """Entries of what may stand in the place of an effect, all other kinds being the same."""
     entries = []
     for hypothesis in comparison.distinct():
-        replaced = Counter(best.kinds) - Counter(hypothesis.kinds)
-        new = Counter(hypothesis.kinds) - Counter(best.kinds)
-        is_alike = len(hypothesis.effects) == len(best.effects)
+        replaced, new = swapped(best.kinds, hypothesis.kinds)
         share = shares[hypothesis.kinds]
-        if is_alike and [*replaced] == [kind_of(effect)] and share > LEAST * shares[best.kinds]:
+        is_alike = replaced == [kind_of(effect)] and len(new) == 1
+        if is_alike and share > LEAST * shares[best.kinds]:
             other = next(each for each in hypothesis.effects if kind_of(each) in new)
             entries.append(_entry(other, hypothesis, estimates(hypothesis, None), share, right))
     return entries

@@ -44,17 +44,7 @@ def _of_unknown_noise(hypothesis: Hypothesis) -> dict[str, Any]:
 
 
 def row_in_full(row: Row, hypothesis: Hypothesis, posterior: SampledPosterior | None) -> Row:
-    """Return a row with what takes time: sizes of the errors, held-out scores, edges of priors.
-
-    Parameters
-    ----------
-    row
-        What the fit alone says.
-    hypothesis
-        The hypothesis.
-    posterior
-        Draws of its posterior; None where it was not sampled.
-    """
+    """Return a row with what takes time: sizes of the errors, held-out scores, edges of priors."""
     return row._replace(
         sizes=tuple(_sizes_of_errors(hypothesis)),
         held_out=tuple(map(float, scores(hypothesis))),

@@ -55,17 +55,7 @@ class Standing:
 
 
 def standing(answer: Answer, decision: Decision, sampled: Sampled) -> Standing:
-    """Say how what is claimed stands.
-
-    Parameters
-    ----------
-    answer
-        All hypotheses.
-    decision
-        What is claimed of them.
-    sampled
-        Hypotheses that were sampled.
-    """
+    """Say how what is claimed stands."""
     best = answer.claimed(decision)[-1]
     exact = answer.null if decision.exact_fails and not decision.kinds else None
     failing = best if decision.unexplained else exact

@@ -1,6 +1,7 @@
 """Posterior odds of the rows of a table, and probabilities of each kind of effect."""
 
 from collections import Counter
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
@@ -37,15 +38,7 @@ def _log_odds_as_stated(row: Row, policy: Policy) -> float:
 
 
 class Weighed:
-    """Rows with their odds; each is told by its number in the table.
-
-    Parameters
-    ----------
-    table
-        The rows.
-    policy
-        Thresholds and prior probabilities.
-    """
+    """Rows with their odds; each is told by its number in the table."""
 
     def __init__(self, table: Table, policy: Policy = AS_STATED) -> None:
         self.table, self.policy, self.rows = table, policy, table.rows
@@ -115,10 +108,18 @@ class Weighed:
             numbered_kind(kind, count): float(
                 sum(share for share, row in shares if row.kinds.count(kind) >= count)
             )
-            for kind, count in self.table.counted_kinds()
+            for kind, count in self._counted_kinds()
         }
         nothing = sum(share for share, row in shares if not row.kinds)
         return kinds | {NOTHING: float(nothing), NONE: float(np.exp(logsumexp(larger) - total))}
+
+    def _counted_kinds(self) -> list[tuple[str, int]]:
+        """Every kind once, then those that a row has more than once, with each number."""
+        most = Counter(self.table.kinds)
+        for row in self.rows:
+            most |= Counter(row.kinds)
+        several = [(kind, n) for kind in most for n in range(2, most[kind] + 1)]
+        return [*((kind, 1) for kind in most), *several]
 
     def confounded(self) -> list[tuple[str, str]]:
         """Pairs of kinds that can replace each other in the best hypothesis.
@@ -126,26 +127,22 @@ class Weighed:
         Their odds differ by less than strong evidence; or, where both pass the test of chi2, so
         that the misfit excludes neither, by less than twice that.
         """
-        best = self.rows[self.best]
-        pairs = []
+        best, policy, pairs = self.rows[self.best], self.policy, []
         for number in self.distinct:
-            replaced, replacing = swapped(best, self.rows[number])
-            close = self.odds[self.best] - self.odds[number] < self._close(number)
-            if len(replaced) == len(replacing) == 1 and close:
+            other = self.rows[number]
+            replaced, replacing = swapped(best.kinds, other.kinds)
+            both_pass = best.passes(policy) and other.passes(policy)
+            close = np.log(policy.strong_where_passing if both_pass else policy.strong)
+            similar_odds = self.odds[self.best] - self.odds[number] < close
+            if len(replaced) == len(replacing) == 1 and similar_odds:
                 pairs.append((replaced[0], replacing[0]))
         return pairs
 
-    def _close(self, number: int) -> float:
-        """Log odds by which a row is far from the best one."""
-        policy, pair = self.policy, (self.rows[self.best], self.rows[number])
-        both_pass = all(row.passes(policy) for row in pair)
-        return float(np.log(policy.strong_where_passing if both_pass else policy.strong))
 
-
-def swapped(row: Row, other: Row) -> tuple[list[str], list[str]]:
-    """Kinds that a row has and another one has not, and the other way round."""
-    mine, others = Counter(row.kinds), Counter(other.kinds)
-    return [*(mine - others).elements()], [*(others - mine).elements()]
+def swapped(kinds: Sequence[str], others: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Kinds that are not among others, and those that only others are."""
+    mine, theirs = Counter(kinds), Counter(others)
+    return [*(mine - theirs).elements()], [*(theirs - mine).elements()]
 
 
 def numbered_kind(kind: str, count: int) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from ..._types import InputError, arguments_checked
-from ._weighed import NONE, NOTHING, Weighed, numbered_kind
+from ._weighed import Weighed, numbered_kind
 from .table import AS_STATED, Policy, Row, Table
 
 FAILS = "the model still fails its check"
@@ -67,8 +67,8 @@ class Decision(NamedTuple):
     Examples
     --------
     >>> decision = bp.decide(ledger.rows)
-    >>> decision.kinds, decision.unexplained, round(decision.nothing_missing, 3)
-    (('point_mass',), False, 0.0)
+    >>> decision.kinds, decision.unexplained, decision.reasons
+    (('point_mass',), False, ())
     """
 
     kinds: tuple[str, ...]
@@ -80,16 +80,6 @@ class Decision(NamedTuple):
     doubts: Mapping[str, tuple[Doubt, ...]]
     told_as_missing: tuple[str, ...]
     steps: tuple[int, ...]
-
-    @property
-    def nothing_missing(self) -> float:
-        """Probability that nothing is missing."""
-        return self.probabilities[NOTHING]
-
-    @property
-    def none_of_these(self) -> float:
-        """Probability that none of the candidates explains the data."""
-        return self.probabilities[NONE]
 
 
 @arguments_checked
@@ -117,8 +107,9 @@ def decide(table: Table | Mapping[str, Any], policy: Policy = AS_STATED) -> Deci
     >>> stored = json.loads(json.dumps(ledger.to_json()))
     >>> bp.decide(stored["table"], bp.Policy(**stored["policy"])).kinds == ledger.verdict
     True
-    >>> bp.decide(stored["table"], bp.Policy(prior_of_none=0.5)).reasons
-    ()
+    >>> often_larger = bp.decide(stored["table"], bp.Policy(prior_of_none=0.9))
+    >>> round(often_larger.probabilities["none_of_these"], 2)
+    0.21
     """
     table = table if isinstance(table, Table) else Table.from_json(table)
     if all(row.kinds for row in table.rows):
@@ -188,7 +179,7 @@ def objections(weighed: Weighed, number: int, fewer: int) -> Iterator[str]:
         if not _explains_most(row, before, policy):
             yield "leaves more to the model error than it explains"
     if not predicts_better(row, before, policy):
-        yield "predicts held-out data no better"
+        yield "predicts held-out data no better" if row.held_out else "was held against no data"
 
 
 def stands_out(weighed: Weighed, number: int) -> bool:

@@ -35,6 +35,7 @@ from ._kept_fits import fits_kept_in
 from ._posterior_odds import Comparison
 from ._score_test import suspicion
 from ._standing import standing
+from ._weighed import NONE
 from .decide import decide
 from .fitted_model import FittedModel, Sampled, fitted_model, sampled_finalists
 from .ledger import Ledger
@@ -210,7 +211,7 @@ class _Search(NamedTuple):
             cautions=(*cautions(best, drawn), *not_sampled(best, drawn)),
             baseline=None if before is None else fitted_model(before, {}),
             record=record(self.experiment, [measurement, baseline]),
-            effects=claims(comparison, best, steps[-1], stands, decision.none_of_these),
+            effects=claims(comparison, best, steps[-1], stands, decision.probabilities[NONE]),
             reach=comparison.reach,
             standing=stands,
             rows=rows,

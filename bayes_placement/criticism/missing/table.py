@@ -1,7 +1,6 @@
 """What is decided by: one row of numbers for each fitted hypothesis, and the thresholds."""
 
 import math
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
@@ -24,30 +23,27 @@ class Policy:
     Parameters
     ----------
     level
-        Probability that a correct model fails its check of chi2, or has so many outliers [1].
+        Probability that a correct model fails its check, or has so many outliers [1].
     strong
-        Bayes factor from which evidence for one more effect is strong [1]; of 20 by Kass and
-        Raftery, doi:10.1080/01621459.1995.10476572.
+        Bayes factor of strong evidence for an effect [1]: Kass and Raftery,
+        doi:10.1080/01621459.1995.10476572.
     strong_where_passing
-        The same where the model passes its check without the effect [1]: chi2 over many lines
-        passes although an effect shows in a few. Strong evidence twice.
+        The same twice, where the model passes its check without the effect [1]: chi2 over many
+        lines passes although an effect shows in a few.
     prior_of_further_effect
         Prior probability that a further effect is missing [1].
     prior_of_none
-        Prior probability that the error is larger than stated, for a reason that no candidate
-        has [1].
+        That the error is larger than stated, for a reason that no candidate has [1].
     largest_factor
         Greatest factor on the stated deviation, log-uniform from 1 [1].
     held_out_errors
-        Standard errors over the blocks by which held-out data are predicted better with an effect
-        beside a model error, or worse with one that is doubted [1].
+        Standard errors by which held-out data are predicted better, or worse, with an effect [1].
     explained
-        Least share that an effect explains of the misfit that the exact model has without it [1].
+        Share of the misfit of the exact model that an effect explains beside a model error [1].
     piled_up
-        Posterior over prior probability at the edge of a prior from which a size is doubted [1]; by
-        Markov's inequality a correct model exceeds it as seldom as its inverse.
+        Posterior over prior probability at the edge of a prior, of a size that is doubted [1].
     doubted
-        Probability of `none_of_these` above which the stated noise is in doubt, and of an effect
+        Probability of `none_of_these` from which on the stated noise is in doubt, and of an effect
         below which it only reduces the misfit [1].
     outlier
         Probability from which on a datum is told to be an outlier [1].
@@ -76,53 +72,43 @@ class Policy:
             most = 0.999 if each.default < 1 else np.inf  # type: ignore[operator]
             instead = f"Policy({each.name}={each.default})"
             check_positive(each.name, vars(self)[each.name], instead, most)
+        if self.largest_factor <= 1:
+            raise InputError(
+                f"largest_factor={self.largest_factor} was given; more than 1 is needed, since the "
+                "error may be larger than stated by it: Policy(largest_factor=1000.0)."
+            )
 
 
 AS_STATED = Policy()
 
 
 class Row(NamedTuple):
-    """Numbers of a fitted hypothesis. NaN stands for what there is not.
+    """Numbers of a fitted hypothesis; NaN stands for what there is not.
 
     Parameters
     ----------
-    kinds
-        Kinds of its effects, sorted; none of the model as given.
-    log_evidence
-        Log evidence.
-    squares
-        Sum of squares of the residuals over their deviations.
-    data
-        Number of data.
-    determined
-        Number of unknowns that the data determine.
-    log_prior
-        Log prior probability among hypotheses of as many effects.
-    effects
-        Names of its effects.
+    kinds, effects
+        Kinds of its effects, sorted, and their names; none of the model as given.
+    log_evidence, log_prior
+        Log evidence, and log prior probability among hypotheses of as many effects.
+    squares, data, determined
+        Sum of squares of the residuals over their deviations, number of data, and number of
+        unknowns that they determine.
     is_noise_known
-        Whether the level of the noise is stated, or read from the data.
-    neumann
-        Of unknown noise, von Neumann's ratio of the residuals and the inverse of its deviation.
-    outliers
-        Of unknown noise, expected number of outliers.
-    gain_with_outliers
-        Log likelihood gained where a few data may be outliers.
-    has_errors
-        Whether a model error is fitted.
+        Whether the level of the noise is stated, or read from the data. If not:
+    neumann, outliers, gain_with_outliers
+        Von Neumann's ratio of the residuals and the inverse of its deviation, expected number of
+        outliers, and log likelihood gained where a few data may be some.
+    has_errors, sizes
+        Whether a model error is fitted; its sizes: name, size, and the share of the prior below.
+    chi2_when_exact, p_value_when_exact
+        Without model error chi2 per datum, and of the model as given the p-value of its check.
     states
         States of the structure that share all other unknowns: 2 with a baseline.
-    chi2_when_exact
-        Chi2 per datum of its fit without model error.
-    p_value_when_exact
-        Of the model as given, p-value of its check without model error.
-    sizes
-        Unknown sizes of the model error: name, size, and the share of its prior below.
     held_out
         Mean log density of a datum of each block that was held out; empty where not computed.
     edges
-        Of sizes of its effects: name of the effect, side, and posterior over prior probability at
-        that edge of the prior.
+        Of sizes of effects: the effect, side, and posterior over prior probability at that edge.
     """
 
     kinds: tuple[str, ...]
@@ -137,10 +123,10 @@ class Row(NamedTuple):
     outliers: float = 0.0
     gain_with_outliers: float = 0.0
     has_errors: bool = False
-    states: int = 1
+    sizes: tuple[tuple[str, float, float], ...] = ()
     chi2_when_exact: float = NAN
     p_value_when_exact: float = NAN
-    sizes: tuple[tuple[str, float, float], ...] = ()
+    states: int = 1
     held_out: tuple[float, ...] = ()
     edges: tuple[tuple[str, str, float], ...] = ()
 
@@ -236,15 +222,6 @@ class Table(NamedTuple):
     rows: Sequence[Row]
     kinds: tuple[str, ...] = ()
 
-    def counted_kinds(self) -> list[tuple[str, int]]:
-        """Every kind once, then those that a row has more than once, with each number."""
-        kinds = dict.fromkeys([*self.kinds, *(kind for row in self.rows for kind in row.kinds)])
-        most: Counter[str] = Counter()
-        for row in self.rows:
-            most |= Counter(row.kinds)
-        several = [(kind, number) for kind in kinds for number in range(2, most[kind] + 1)]
-        return [*((kind, 1) for kind in kinds), *several]
-
     def to_json(self) -> dict[str, Any]:
         """Return it as numbers and words for a file; None for numbers that are not finite."""
         rows = [{name: _plain(value) for name, value in row._asdict().items()} for row in self.rows]
@@ -265,8 +242,8 @@ class Table(NamedTuple):
         except (KeyError, TypeError, AttributeError) as error:
             raise InputError(
                 f"A table of {', '.join(map(repr, content)) or 'nothing'} was given; 'kinds' and "
-                f"'rows' are needed, each with the fields of a row, since it is decided by them "
-                f"({error}): bp.decide(json.load(open('ledger.json'))['table'])."
+                f"'rows' with all fields of each are needed, since they decide ({error}): "
+                "bp.decide(json.load(open('ledger.json'))['table'])."
             ) from error
 
 

@@ -11,6 +11,8 @@ import bayes_placement as bp
 from bayes_placement._types import InputError
 from bayes_placement.criticism.missing.table import Row, Table
 
+NOTHING, OTHER = "nothing_missing", "none_of_these"
+
 COUNT = 1000
 PASSES, FAILS = COUNT, 2 * COUNT
 """Sums of squares of models that pass their check and that fail."""
@@ -44,8 +46,10 @@ def test_where_the_model_passes_its_check_nothing_is_missing():
     assert decision.kinds == () and not decision.unexplained and decision.steps == (0,)
     # Odds are 4 and 4 e to one, and of a larger error that the policy says.
     odds = 1 + np.exp(-1) / 2 + np.exp(-2) / 2
-    assert decision.nothing_missing == pytest.approx((1 - decision.none_of_these) / odds)
-    assert decision.none_of_these < bp.Policy().prior_of_none
+    assert decision.probabilities[NOTHING] == pytest.approx(
+        (1 - decision.probabilities[OTHER]) / odds
+    )
+    assert decision.probabilities[OTHER] < bp.Policy().prior_of_none
     assert decision.reasons == ()
 
 
@@ -135,7 +139,7 @@ def test_unknown_noise_is_judged_by_the_scatter_of_neighbouring_lines():
     assert not decision.unexplained
     nothing = decided(row("", 50.0, **smooth), row("mass", 0.0, **smooth))
     assert nothing.kinds == () and nothing.unexplained
-    assert nothing.none_of_these > 0.99
+    assert nothing.probabilities[OTHER] > 0.99
     only_best = decided(row("", 0.0, **smooth), row("mass", 50.0, **smooth))
     assert only_best.kinds == ("mass",) and only_best.told_as_missing == ()
 
@@ -198,8 +202,8 @@ def test_the_policy_says_when_a_check_fails_and_what_stands_out():
     assert decided(*rows).kinds == () and decided(*rows, level=0.05).kinds == ("mass",)
     small = erroneous("", 0.0, 100.0), erroneous("mass", 30.0, 60.0, gain=1.0)
     assert decided(*small).kinds == () and decided(*small, explained=0.3).kinds == ("mass",)
-    seldom = decided(*rows, prior_of_none=1e-6).none_of_these
-    assert seldom < 1e-4 * decided(*rows).none_of_these / bp.Policy().prior_of_none
+    seldom = decided(*rows, prior_of_none=1e-6).probabilities[OTHER]
+    assert seldom < 1e-4 * decided(*rows).probabilities[OTHER] / bp.Policy().prior_of_none
 
 
 def test_a_table_is_the_same_after_json():
@@ -216,15 +220,20 @@ def test_a_table_is_the_same_after_json():
 @pytest.mark.parametrize(
     ("table", "words"),
     [
-        ({"rows": []}, "'kinds' and 'rows' are needed"),
-        ({"kinds": [], "rows": [{"kinds": []}]}, "each with the fields of a row"),
-        ({"kinds": [], "rows": [{"colour": "red"}]}, "each with the fields of a row"),
+        ({"rows": []}, "'kinds' and 'rows' with"),
+        ({"kinds": [], "rows": [{"kinds": []}]}, "all fields of each"),
+        ({"kinds": [], "rows": [{"colour": "red"}]}, "all fields of each"),
         (Table([row("mass", 0.0)]), "one without is needed"),
     ],
 )
 def test_what_is_no_table_is_refused(table, words):
     with pytest.raises(InputError, match=words):
         bp.decide(table)
+
+
+def test_an_error_that_may_not_be_larger_is_refused():
+    with pytest.raises(InputError, match="more than 1 is needed"):
+        bp.Policy(largest_factor=1.0)
 
 
 def test_no_threshold_is_without_consequence():

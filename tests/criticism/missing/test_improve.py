@@ -6,6 +6,7 @@ import json
 import numpy as np
 import pytest
 
+import bayes_placement as bp
 from bayes_placement import effects
 from bayes_placement.criticism.missing import _answers, _fitted_with_errors, _shared_fits
 from bayes_placement.criticism.missing._hypotheses import fitted_with_errors, with_errors
@@ -207,6 +208,8 @@ def test_model_error_is_a_rival_of_what_no_candidate_explains():
         "unevenness",
     }
     assert ledger.steps[0].chi2_when_exact > 2
+    assert decided_again(ledger).exact_fails
+    assert {name.split(".")[-1] for name, _, share in ledger.rows.rows[0].sizes if share < 1}
     assert "a model error explains the data better than any candidate" in ledger.sentence()
 
 
@@ -224,6 +227,8 @@ def test_the_ledger_file_says_what_the_ledger_says(with_both, tmp_path):
         "unexplained",
         "cautions",
         "wall_seconds",
+        "table",
+        "policy",
         "record",
     }
     assert read["verdict"] == list(with_both.verdict)
@@ -239,6 +244,27 @@ def test_the_ledger_file_says_what_the_ledger_says(with_both, tmp_path):
     further = {"nothing_missing", "none_of_these"}
     assert set(KINDS) | twice | further == set(read["probabilities"])
     assert max(read["probabilities"][kind] for kind in twice) < 0.05
+
+
+def decided_again(ledger):
+    """What is decided of the file of a ledger."""
+    stored = json.loads(json.dumps(ledger.to_json()))
+    decision = bp.decide(stored["table"], bp.Policy(**stored["policy"]))
+    assert decision.kinds == ledger.verdict
+    assert decision.probabilities == ledger.probabilities
+    assert decision.confounded == ledger.confounded
+    assert decision.unexplained == ledger.unexplained
+    assert decision.doubts == ledger.standing.doubts
+    return decision
+
+
+def test_the_table_of_a_ledger_gives_its_verdict_again(with_mass, with_both, with_nothing):
+    assert decided_again(with_mass).told_as_missing == ("point_mass",)
+    assert len(decided_again(with_both).steps) == 3
+    decided_again(with_nothing)
+    read = with_both.to_json()["table"]["rows"]
+    held_out = [np.mean(read[n]["held_out"]) for n in decided_again(with_both).steps]
+    assert held_out == [step.held_out for step in with_both.steps]
 
 
 def test_words_name_effect_and_error(with_mass):
