@@ -1265,14 +1265,8 @@ POLICY = bp.Policy()
 TABLE = {
     "kinds": ["point_mass"],
     "rows": [
-        {"kinds": [], "log_evidence": -9.0, "squares": 90.0, "data": 60, "determined": 4.0},
-        {
-            "kinds": ["point_mass"],
-            "log_evidence": 0.0,
-            "squares": 60.0,
-            "data": 60,
-            "determined": 6,
-        },
+        {"kinds": kinds, "log_evidence": 0.0, "squares": 60.0, "data": 60, "determined": 4.0}
+        for kinds in ([], ["point_mass"])
     ],
 }
 """Rows of two hypotheses, as JSON has them."""
