@@ -39,7 +39,7 @@ from ._search import NARROW, VARIANTS_WITH_ERRORS, Breadth, one_more_effect
 from ._shared_fits import SharedFits, shared_fits
 from ._weighed import Weighed
 from .decide import Decision, predicts_better, stands_out
-from .table import Policy, Table
+from .table import Policy, TableOfFits
 
 
 class Question(NamedTuple):
@@ -109,7 +109,9 @@ class Answer(NamedTuple):
     comparison: Comparison
     baseline: Hypothesis | None = None
 
-    def table(self, policy: Policy, sampled: Mapping[int, Any] = MappingProxyType({})) -> Table:
+    def table(
+        self, policy: Policy, sampled: Mapping[int, Any] = MappingProxyType({})
+    ) -> TableOfFits:
         """All that is decided by; of hypotheses that were sampled, the edges of their draws."""
         table = self.comparison.table_in_full(policy, sampled)
         exact = p_value(self.null) if self.baseline is None else np.nan

@@ -11,7 +11,7 @@ from ._hypotheses import Hypothesis
 from ._rows import row_in_full, row_of
 from ._scanned_candidates import ScannedCandidate
 from ._weighed import Weighed, log_odds, log_prior_of_count
-from .table import AS_STATED, Policy, Row, Table
+from .table import AS_STATED, Policy, Row, TableOfFits
 
 STRONG = np.log(AS_STATED.strong)
 """Log Bayes factor of strong evidence."""
@@ -82,11 +82,11 @@ class Comparison(NamedTuple):
         return row_of(hypothesis, self._log_prior_of_kinds(hypothesis))
 
     @property
-    def table(self) -> Table:
+    def table(self) -> TableOfFits:
         """Rows of all hypotheses, of what their fits alone say."""
-        return Table([*map(self._row, self.hypotheses)], (*self.variants, *self.networks))
+        return TableOfFits([*map(self._row, self.hypotheses)], (*self.variants, *self.networks))
 
-    def table_in_full(self, policy: Policy, sampled: Mapping[int, Any]) -> Table:
+    def table_in_full(self, policy: Policy, sampled: Mapping[int, Any]) -> TableOfFits:
         """Rows of all hypotheses, in full on the way to the best one: what may be claimed."""
         table = self.table
         weighed, rows = Weighed(table, policy), list(table.rows)

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import logsumexp
 
-from .table import AS_STATED, Policy, Row, Table
+from .table import AS_STATED, Policy, Row, TableOfFits
 
 NOTHING, NONE = "nothing_missing", "none_of_these"
 
@@ -40,7 +40,7 @@ def _log_odds_as_stated(row: Row, policy: Policy) -> float:
 class Weighed:
     """Rows with their odds; each is told by its number in the table."""
 
-    def __init__(self, table: Table, policy: Policy = AS_STATED) -> None:
+    def __init__(self, table: TableOfFits, policy: Policy = AS_STATED) -> None:
         self.table, self.policy, self.rows = table, policy, table.rows
         self.odds = [log_odds(row, policy) for row in self.rows]
 

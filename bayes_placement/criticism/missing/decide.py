@@ -8,7 +8,7 @@ from scipy.special import ndtr
 
 from ..._types import InputError, arguments_checked
 from ._weighed import Weighed, numbered_kind
-from .table import AS_STATED, Policy, Row, Table
+from .table import AS_STATED, Policy, Row, TableOfFits
 
 FAILS = "the model still fails its check"
 """A doubt that a verdict says by itself."""
@@ -83,7 +83,7 @@ class Decision(NamedTuple):
 
 
 @arguments_checked
-def decide(table: Table | Mapping[str, Any], policy: Policy = AS_STATED) -> Decision:
+def decide(table: TableOfFits | Mapping[str, Any], policy: Policy = AS_STATED) -> Decision:
     """Decide what is missing from numbers that are stored: nothing is fitted.
 
     The same table and policy give the same decision, in any order of rows. `table` of `ledger.json`
@@ -111,7 +111,7 @@ def decide(table: Table | Mapping[str, Any], policy: Policy = AS_STATED) -> Deci
     >>> round(often_larger.probabilities["none_of_these"], 2)
     0.21
     """
-    table = table if isinstance(table, Table) else Table.from_json(table)
+    table = table if isinstance(table, TableOfFits) else TableOfFits.from_json(table)
     if all(row.kinds for row in table.rows):
         raise InputError(
             f"A table of {len(table.rows)} rows was given, each with an effect; one without is "

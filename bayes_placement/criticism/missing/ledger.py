@@ -21,7 +21,7 @@ from ._standing import Standing
 from ._verdict_in_words import none_in_words, verdict_in_words
 from ._weighed import NONE, NOTHING
 from .fitted_model import FittedModel, number_or_blank
-from .table import AS_STATED, Policy, Table
+from .table import AS_STATED, Policy, TableOfFits
 
 NOISE_EXPLAINS = "what is left scatters as noise does"
 """Why nothing is claimed where the noise is not known."""
@@ -97,7 +97,7 @@ class Ledger:
     effects: tuple[Mapping[str, Any], ...] = field(default=(), repr=False)
     reach: Reach | None = field(default=None, repr=False)
     standing: Standing = field(default_factory=Standing, repr=False)
-    rows: Table = field(default=Table([]), repr=False)
+    rows: TableOfFits = field(default=TableOfFits([]), repr=False)
     policy: Policy = field(default=AS_STATED, repr=False)
 
     @property

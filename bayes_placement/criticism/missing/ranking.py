@@ -26,7 +26,7 @@ from ._verdict_in_words import (
 from ._weighed import NONE, NOTHING
 from .fitted_model import FittedModel, number_or_blank
 from .ledger import confounded_sentence, misfit_columns
-from .table import AS_STATED, Table
+from .table import AS_STATED, TableOfFits
 
 
 @dataclass(frozen=True, repr=False)
@@ -82,7 +82,7 @@ class Ranking:
     record: Mapping[str, Any] = field(default_factory=dict, repr=False)
     reach: Reach | None = field(default=None, repr=False)
     standing: Standing = field(default_factory=Standing, repr=False)
-    rows: Table = field(default=Table([]), repr=False)
+    rows: TableOfFits = field(default=TableOfFits([]), repr=False)
 
     @property
     def port(self) -> str | None:

@@ -208,7 +208,7 @@ def gain_of_smooth_misfit(ratio: float, certainty: float, largest: float) -> flo
     return float(0.5 * ((1 - below) * certainty) ** 2 + np.log(share))
 
 
-class Table(NamedTuple):
+class TableOfFits(NamedTuple):
     """Rows of all fitted hypotheses, one of them without effects.
 
     Parameters
@@ -228,7 +228,7 @@ class Table(NamedTuple):
         return {"kinds": list(self.kinds), "rows": rows}
 
     @classmethod
-    def from_json(cls, content: Mapping[str, Any]) -> "Table":
+    def from_json(cls, content: Mapping[str, Any]) -> "TableOfFits":
         """Return what `to_json` wrote.
 
         Raises

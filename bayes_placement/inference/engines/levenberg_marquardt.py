@@ -84,7 +84,7 @@ class Fit(NamedTuple):
     @property
     def determined(self) -> float:
         """Number of unknowns that the data determine, rather than the prior."""
-        return len(self.point) - float(np.trace(self.gaussian.covariance))
+        return len(self.point) - float(np.sum(self.gaussian.root**2))  # trace of the covariance
 
 
 def sobol_starts(dimension: int, count: int, seed: int) -> ParameterPoints:

@@ -9,7 +9,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement._types import InputError
-from bayes_placement.criticism.missing.table import Row, Table
+from bayes_placement.criticism.missing.table import Row, TableOfFits
 
 NOTHING, OTHER = "nothing_missing", "none_of_these"
 
@@ -35,7 +35,7 @@ def erroneous(kinds, evidence, chi2, gain=0.0, **others):
 
 
 def decided(*rows, **policy):
-    return bp.decide(Table(list(rows)), bp.Policy(**policy))
+    return bp.decide(TableOfFits(list(rows)), bp.Policy(**policy))
 
 
 NONE = row("", -900.0, FAILS)
@@ -209,11 +209,11 @@ def test_the_policy_says_when_a_check_fails_and_what_stands_out():
 def test_a_table_is_the_same_after_json():
     unknown = row("mass", 1 / 3, is_noise_known=False, neumann=(0.3, 20.0), outliers=2.5)
     edged = POOL[-1]._replace(edges=(("mass", "upper", 12.5),), sizes=(("sigma", 0.02, 0.7),))
-    table = Table([*POOL[:-1], edged], ("gain", "mass", "spring", "delay"))
-    again = Table.from_json(json.loads(json.dumps(table.to_json())))
+    table = TableOfFits([*POOL[:-1], edged], ("gain", "mass", "spring", "delay"))
+    again = TableOfFits.from_json(json.loads(json.dumps(table.to_json())))
     np.testing.assert_equal(again, table)
     assert bp.decide(again) == bp.decide(table) == bp.decide(table.to_json())
-    np.testing.assert_equal(Table.from_json(Table([unknown]).to_json()).rows, [unknown])
+    np.testing.assert_equal(TableOfFits.from_json(TableOfFits([unknown]).to_json()).rows, [unknown])
     assert bp.decide(table).probabilities["delay"] == 0
 
 
@@ -223,7 +223,7 @@ def test_a_table_is_the_same_after_json():
         ({"rows": []}, "'kinds' and 'rows' with"),
         ({"kinds": [], "rows": [{"kinds": []}]}, "all fields of each"),
         ({"kinds": [], "rows": [{"colour": "red"}]}, "all fields of each"),
-        (Table([row("mass", 0.0)]), "one without is needed"),
+        (TableOfFits([row("mass", 0.0)]), "one without is needed"),
     ],
 )
 def test_what_is_no_table_is_refused(table, words):
