@@ -6,7 +6,6 @@ import numpy as np
 from scipy.special import ndtri
 
 from ..._sites import Role
-from ...inference.chi2 import LEVEL
 from ...inference.engines.about_mode import SampledPosterior
 from ...inference.engines.levenberg_marquardt import APART
 from ...inference.estimates import scalars
@@ -14,7 +13,6 @@ from ...inference.results import outputs
 from ..check._edges import EDGE, sentence
 from ._estimates import laplace
 from ._hypotheses import Hypothesis
-from ._posterior_odds import p_value
 from .table import AS_STATED
 
 MOST_NAMED = 3
@@ -70,17 +68,6 @@ def shares_at_edges(
         for name, drawn in scalars(unknown.name, coordinates.reshape(shape)):
             yield name, "lower", float(np.mean(drawn < -limit))
             yield name, "upper", float(np.mean(drawn > limit))
-
-
-def not_sampled(hypothesis: Hypothesis, sampled: SampledPosterior | None) -> tuple[str, ...]:
-    """Say so where draws about the mode of a model that passes its check could not be trusted."""
-    if sampled is not None or hypothesis.has_errors or p_value(hypothesis) < LEVEL:
-        return ()
-    return (
-        "Intervals are those of a Gaussian about the best fit, although the posterior is none: "
-        "these data tell less than they say. bp.infer(ledger.experiment, measurement, "
-        "engine=bp.engines.SMC()) samples it, in minutes.",
-    )
 
 
 def _sizes_at_bounds(hypothesis: Hypothesis) -> Iterator[str]:

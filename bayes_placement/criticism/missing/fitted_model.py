@@ -199,6 +199,17 @@ def sampled_finalists(comparison: Comparison, hypotheses: Sequence[Hypothesis]) 
     return {number: posterior for number, posterior in sampled.items() if posterior is not None}
 
 
+def not_sampled(hypothesis: Hypothesis, sampled: SampledPosterior | None) -> tuple[str, ...]:
+    """Say so where draws about the mode of a model that passes its check could not be trusted."""
+    if sampled is not None or hypothesis.has_errors or p_value(hypothesis) < LEVEL:
+        return ()
+    return (
+        "Intervals are those of a Gaussian about the best fit, although the posterior is none: "
+        "these data tell less than they say. bp.infer(ledger.experiment, measurement, "
+        "engine=bp.engines.SMC()) samples it, in minutes.",
+    )
+
+
 @functools.lru_cache(maxsize=2 * FINALISTS)  # `improve` asks for those of `explain` again
 def _sampled(hypothesis: Hypothesis) -> SampledPosterior | None:
     return sampled_about(hypothesis.problem.squares, hypothesis.fit)

@@ -27,7 +27,7 @@ from ...inference.record import record
 from ._alternatives import alternatives
 from ._answers import Question, answered, ticks
 from ._candidates import candidates_of, check_experiment
-from ._cautions import cautions, not_sampled
+from ._cautions import cautions
 from ._changes import FoundEffect, found_effects
 from ._claims import claims
 from ._hypotheses import Hypothesis
@@ -37,7 +37,7 @@ from ._score_test import suspicion
 from ._standing import standing
 from ._weighed import NONE
 from .decide import decide
-from .fitted_model import FittedModel, Sampled, fitted_model, sampled_finalists
+from .fitted_model import FittedModel, Sampled, fitted_model, not_sampled, sampled_finalists
 from .ledger import Ledger
 from .states import LedgerOfStates, courses_of
 from .table import Policy

@@ -8,8 +8,9 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.criticism.missing._cautions import cautions, not_sampled
+from bayes_placement.criticism.missing._cautions import cautions
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis, problem_with_errors
+from bayes_placement.criticism.missing.fitted_model import not_sampled
 from bayes_placement.inference.engines.about_mode import SampledPosterior
 from tests.criticism.small import LINES, MASS, TRUTH, experiment, measured, recorded
 
