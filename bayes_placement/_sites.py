@@ -134,6 +134,7 @@ class _Steps(NamedTuple):
     role: Role = Role.PARAMETER
     unit: str = ""
     within: Range | None = None
+    stands_for: str = ""
 
     def step(self, node: Any, key: Any) -> "_Steps":
         """Take one more step, from a node of the tree by a key."""
@@ -147,7 +148,13 @@ class _Steps(NamedTuple):
             return _Steps(Owner(word), awaits_name=True, role=metadata["role"], unit=unit)
         role = metadata.get("role_of_field", self.role)
         path = (*self.path, word)
-        return self._replace(path=path, awaits_name=False, role=role, unit=unit, within=within)
+        known = self._replace(path=path, awaits_name=False, role=role, unit=unit, within=within)
+        field = metadata.get(STANDS_FOR)
+        return known._replace(stands_for=getattr(node, field)) if field else known
+
+
+STANDS_FOR = "stands for"
+"""Metadata of a field that takes the place of another leaf: the field that holds its name."""
 
 
 def is_unknown(leaf: Any) -> bool:
@@ -232,11 +239,32 @@ def substitute(tree: Tree, values: Mapping[str, Any]) -> Tree:
     return _mapped(tree, lambda unknown: values.get(unknown.name, unknown.distribution))
 
 
+def settled(tree: Tree) -> Tree:
+    """Put known numbers in the place of the leaves that they stand for.
+
+    Raises
+    ------
+    InputError
+        If one stands for a leaf that is not there, or that another one stands for.
+    """
+    descriptions = _descriptions(_flattened(tree)[1])
+    taken = {of.taken_by for of in descriptions}
+    for number, of in enumerate(descriptions):
+        name = of.steps.stands_for
+        if name and number not in taken:
+            raise InputError(
+                f"{of.name} stands for {name!r}; the name of a number or of a prior of the "
+                "structure is needed, each once and after what it is part of was added, since it "
+                'takes the place of that: "structure.damping.ratio".'
+            )
+    return _mapped(tree, lambda unknown: unknown.distribution)
+
+
 def unknowns(tree: Any) -> list[Unknown]:
     """List the distributions of a tree in the order in which they are sampled."""
     leaves, structure = _flattened(tree)
     described_leaves = zip(_descriptions(structure), leaves, strict=True)
-    return [_unknown(of, leaf) for of, leaf in described_leaves if isinstance(leaf, Distribution)]
+    return [_unknown(of, leaf) for of, leaf in described_leaves if _is_sampled(of, leaf)]
 
 
 def leaves_with_unit(tree: Any) -> list[Leaf]:
@@ -287,16 +315,21 @@ def reach(prior: Distribution) -> tuple[float, float]:
     """
     if isinstance(prior, Delta):
         return float(np.min(prior.v)), float(np.max(prior.v))
+    low, high = ends(prior)
+    if low == -np.inf:
+        low = _quantile(prior, IMPOSSIBLE, low)
+    return low, _quantile(prior, 1 - IMPOSSIBLE, high) if high == np.inf else high
+
+
+def ends(prior: Distribution) -> tuple[float, float]:
+    """Where a prior begins and ends; infinite on a side where it does not."""
     if isinstance(prior, Uniform | LogUniform):
         return float(np.min(prior.low)), float(np.max(prior.high))
     support = prior.support
     if isinstance(support, constraints.independent):
         support = support.base_constraint
     low = float(np.min(getattr(support, "lower_bound", -np.inf)))
-    high = float(np.max(getattr(support, "upper_bound", np.inf)))
-    if low == -np.inf:
-        low = _quantile(prior, IMPOSSIBLE, low)
-    return low, _quantile(prior, 1 - IMPOSSIBLE, high) if high == np.inf else high
+    return low, float(np.max(getattr(support, "upper_bound", np.inf)))
 
 
 def _quantile(prior: Distribution, probability: float, unknown: float) -> float:
@@ -310,18 +343,28 @@ def _quantile(prior: Distribution, probability: float, unknown: float) -> float:
 def _mapped(tree: Tree, function: Callable[[Unknown], Any]) -> Tree:
     """Replace each distribution by the value of a function of the unknown."""
     leaves, structure = _flattened(tree)
+    descriptions = _descriptions(structure)
     mapped = [
-        function(_unknown(of, leaf)) if isinstance(leaf, Distribution) else leaf
-        for of, leaf in zip(_descriptions(structure), leaves, strict=True)
+        function(_unknown(of, leaf)) if _is_sampled(of, leaf) else leaf
+        for of, leaf in zip(descriptions, leaves, strict=True)
     ]
+    for place, of in enumerate(descriptions):
+        if of.taken_by is not None and not is_unknown(mapped[of.taken_by]):
+            mapped[place] = mapped[of.taken_by]
     return cast(Tree, jax.tree.unflatten(structure, mapped))
 
 
 class _Description(NamedTuple):
-    """What is known of a leaf from its place in a tree."""
+    """What is known of a leaf from its place in a tree, and which leaf stands for it."""
 
     steps: _Steps
     name: str
+    taken_by: int | None = None
+
+
+def _is_sampled(of: _Description, leaf: Any) -> bool:
+    """Whether a leaf is a distribution that no other leaf stands for."""
+    return isinstance(leaf, Distribution) and of.taken_by is None
 
 
 def _flattened(tree: Any) -> tuple[list[Any], Any]:
@@ -340,9 +383,25 @@ def _descriptions(structure: Any) -> tuple[_Description, ...]:
 def _new_descriptions(structure: Any) -> tuple[_Description, ...]:
     tree = jax.tree.unflatten(structure, range(structure.num_leaves))
     paths = [path for path, _ in jax.tree_util.tree_flatten_with_path(tree)[0]]
-    return tuple(
+    plain = [
         _Description(_steps(tree, path), ".".join(_word(key) for key in path)) for path in paths
-    )
+    ]
+    for number, of in enumerate(plain):
+        if of.steps.stands_for:
+            _stand_in(plain, number)
+    return tuple(plain)
+
+
+def _stand_in(descriptions: list[_Description], number: int) -> None:
+    """Let a leaf stand for another one, whose unit and range it has."""
+    of = descriptions[number]
+    for place, other in enumerate(descriptions):
+        # In a part of a tree, such as a structure alone, names are shorter.
+        if f".{of.steps.stands_for}".endswith(f".{other.name}"):
+            descriptions[place] = other._replace(taken_by=number)
+            known = other.steps.unit, other.steps.within
+            steps = of.steps._replace(unit=known[0], within=known[1])
+            descriptions[number] = of._replace(steps=steps)
 
 
 _kept_descriptions = functools.lru_cache(maxsize=512)(_new_descriptions)

@@ -72,6 +72,8 @@ class Effect(eqx.Module):
         Whether it is tried only where no other effect explains the data, as it takes long.
     may_repeat
         Whether several of the kind can be missing, at other places or about other sensors.
+    may_be_new
+        Whether it can come between two states of a structure; else it was there before.
     name
         Name in an experiment. Its default is the kind of the effect: models of the same physics
         for different structures share a kind.
@@ -88,6 +90,7 @@ class Effect(eqx.Module):
     tried_by_default: ClassVar[bool] = True
     tried_last: ClassVar[bool] = False
     may_repeat: ClassVar[bool] = True
+    may_be_new: ClassVar[bool] = True
     name: eqx.AbstractVar[str]
 
     @property

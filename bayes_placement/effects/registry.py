@@ -49,5 +49,6 @@ from .cross_axis import cross_axis
 from .frequency_scale import frequency_scale
 from .mains_hum import mains_hum
 from .dimension_error import dimension_error
+from .beyond_prior import beyond_prior
 from .coulomb_friction import coulomb_friction
 from .gap import gap

@@ -14,6 +14,7 @@ from jaxtyping import Array, Float
 from numpyro.distributions import LogUniform
 
 from .._compiled import compiled
+from .._sites import Unknown
 from ..modes.finite_elements.nodal_modes import nodal_of
 from ..modes.modes import Modes
 from ..modes.moved_mass import moved_mass
@@ -76,6 +77,10 @@ class Setup(Protocol):
     def sensors_mounted(self) -> str:
         """`roving`, each sensor in a run of its own, or `fixed`."""
 
+    @property
+    def unknowns(self) -> Sequence[Unknown]:
+        """What is unknown of it, with priors."""
+
     def nominal(self) -> Any:
         """The same with a typical number in the place of each unknown."""
 
@@ -118,6 +123,16 @@ class Scales:
     def nominal_effects(self) -> Sequence[Any]:
         """Effects that the structure has, at typical values of what is unknown."""
         return [*self.setup.nominal().structure.effects.values()]
+
+    def unknown_numbers(self) -> Sequence[Unknown]:
+        """Unknown numbers of the structure; vectors and places of its effects are left out."""
+        return [
+            unknown
+            for unknown in self.setup.unknowns
+            if unknown.name.startswith("structure.") and unknown.distribution.shape() == ()
+            if unknown.owner.kind != "effects"
+            or unknown.field not in self.setup.structure.effects[unknown.owner.name].place_fields
+        ]
 
     @property
     def sensors_roved(self) -> bool:

@@ -8,7 +8,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Inexact
 
-from .._sites import Role, owners
+from .._sites import Role, owners, settled
 from .._types import InputError, check_annotated, check_kind
 from ..effects.amplitude_attachment import AmplitudeAttachment
 from ..effects.effect import (
@@ -89,6 +89,8 @@ class Structure(eqx.Module):
         for name, effect in effects.items():
             _check_key(name, effect)
             self.effects = self._with(effect)
+        known = settled(self)
+        self.modes, self.damping, self.effects = known.modes, known.damping, known.effects
         check_values(self)
 
     def __add__(self, effect: Effect) -> "Structure":
@@ -106,7 +108,7 @@ class Structure(eqx.Module):
             "an effect is needed, since only effects are added",
             "structure + effects.point_mass(0.4, 0.1)",
         )
-        changed = eqx.tree_at(_effects, self, self._with(effect), is_leaf=is_dict)
+        changed = settled(eqx.tree_at(_effects, self, self._with(effect), is_leaf=is_dict))
         check_values(changed)
         return changed
 
