@@ -59,8 +59,8 @@ class BeyondPrior(StructureEffect):
 
     @property
     def variant(self) -> str:
-        """Name of what lies beyond its prior."""
-        return self.unknown
+        """Its kind and the name of what lies beyond its prior."""
+        return f"{self.kind} of {self.unknown}"
 
     def setting(self, modes: Modes, instruments: Instruments) -> str:
         """Name of what lies beyond its prior."""

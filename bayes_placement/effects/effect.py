@@ -107,6 +107,11 @@ class Effect(eqx.Module):
         """Name of its kind, whatever its name in an experiment."""
         return type(self).name  # type: ignore[return-value]
 
+    @property
+    def variant(self) -> str:
+        """What it is about, where effects of its kind may stand for each other; mostly empty."""
+        return ""
+
     @classmethod
     @abc.abstractmethod
     def suggest(cls, scales: Scales) -> Sequence["Effect"]:

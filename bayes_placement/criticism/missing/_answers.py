@@ -2,12 +2,13 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..._types import Progress
+from ..._types import InputError, Progress
 from ...effects.library import Library
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal, ModalErrors
@@ -91,6 +92,25 @@ class Question(NamedTuple):
         content = experiment.with_errors(None), data, tried, errors
         return cls(*content, declared, fits=shared_fits(*content), **settings)
 
+    def of_what_is_new(self) -> "Question":
+        """Return the question which effects came between two states.
+
+        Raises
+        ------
+        InputError
+            If none of the candidates can.
+        """
+        effects = tuple(effect for effect in self.tried.effects if effect.may_be_new)
+        if not effects:
+            raise InputError(
+                f"candidates={', '.join(self.tried.kinds)} was given beside an earlier state; one "
+                "that can be new is needed, since these were there before: "
+                'effects.library(experiment, ["point_mass"]).'
+            )
+        tried = replace(self.tried, effects=effects)
+        content = self.experiment, self.data, tried, self.errors
+        return self._replace(tried=tried, fits=shared_fits(*content))
+
 
 class Answer(NamedTuple):
     """Hypotheses compared.
@@ -135,7 +155,7 @@ def answered(
     in a state between the baseline and this one are tried from where they were.
     """
     if baseline is not None:
-        return _answered_by_two_states(question, baseline, between, tick)
+        return _answered_by_two_states(question.of_what_is_new(), baseline, between, tick)
     exact = question.fits.singles(tick)
     null = exact.hypotheses[0]
     if question.declared:

@@ -67,6 +67,11 @@ class Hypothesis:
         return tuple(sorted(kind_of(effect) for effect in self.effects))
 
     @functools.cached_property
+    def variants(self) -> tuple[str, ...]:
+        """What its effects are about, sorted, where others of their kind may stand for them."""
+        return tuple(sorted(effect.variant for effect in self.effects))
+
+    @functools.cached_property
     def log_orders(self) -> float:
         """Log of the number of orders of its effects in which each has another of the same kind."""
         return math.fsum(math.lgamma(count + 1) for count in Counter(self.kinds).values())

@@ -19,6 +19,7 @@ def row_of(hypothesis: Hypothesis, log_prior: float = 0.0) -> Row:
     """Return what the fit alone says."""
     return Row(
         kinds=hypothesis.kinds,
+        variants=hypothesis.variants,
         log_evidence=hypothesis.log_evidence,
         squares=float(hypothesis.fit.squares),
         data=int(hypothesis.problem.count),

@@ -43,7 +43,7 @@ def _of_claims(ledger: Ledger) -> list[str]:
             return [fails_in_words(first), reach_in_words(ledger.reach), falls, where]
         return [falls, *left]
     return [
-        f"{_named(ledger)}, which explains the data better than a larger model error.",
+        f"{_named(ledger)}{better_than_errors(last, 'larger model error')}.",
         _fall_with_errors(first, last),
         sizes_in_words(last, first),
         *left,
@@ -159,14 +159,24 @@ def _of_two_states(ledger: Ledger) -> str:
     return f"New since the baseline: {new}; {falls}.{remark} {alone}"
 
 
+def better_than_errors(step: FittedModel, errors: str) -> str:
+    """Say that what is missing is better than larger errors; of a value nothing is missing."""
+    beyond = any(map(step.explanation, step.kinds))
+    return "" if beyond else f", which explains the data better than a {errors}"
+
+
 def _named(ledger: Ledger) -> str:
     """Say which effects are missing, and which are only the best of several."""
     claimed = _claimed(ledger)
     unclaimed = [kind for kind in _kinds(ledger) if kind not in claimed]
-    missing, reducing = (
-        " and ".join(_with_odds(ledger, kind) for kind in some) for some in (claimed, unclaimed)
+    beyond = [kind for kind in claimed if ledger.steps[-1].explanation(kind)]
+    effects = [kind for kind in claimed if kind not in beyond]
+    missing, explaining, reducing = (
+        " and ".join(_with_odds(ledger, kind) for kind in some)
+        for some in (effects, beyond, unclaimed)
     )
-    parts = [f"Missing: {missing}"] if claimed else []
+    parts = [f"Missing: {missing}"] if effects else []
+    parts += [explaining] if beyond else []
     is_one = sum(map(ledger.verdict.count, unclaimed)) == 1
     verb = "reduces" if is_one else "reduce"
     return "; ".join(parts + ([f"{reducing} also {verb} the misfit"] if unclaimed else []))
@@ -204,7 +214,8 @@ def _with_odds(ledger: Ledger, kind: str) -> str:
     else:
         odds = "" if _is_claimed(ledger, kind) else "the best of the candidates"
     odds = ", but ".join(filter(None, [odds, doubts]))
-    return f"{last.in_words(kind)} ({odds})" if odds else last.in_words(kind)
+    named = (_is_claimed(ledger, kind) and last.explanation(kind)) or last.in_words(kind)
+    return f"{named} ({odds})" if odds else named
 
 
 def _fall_with_errors(first: FittedModel, last: FittedModel) -> str:

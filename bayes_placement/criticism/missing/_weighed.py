@@ -1,7 +1,7 @@
 """Posterior odds of the rows of a table, and probabilities of each kind of effect."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -62,9 +62,13 @@ class Weighed:
     @cached_property
     def distinct(self) -> list[int]:
         """The best variant of each collection of kinds, in descending order of odds."""
-        best: dict[tuple[str, ...], int] = {}
+        return self._best_by(lambda row: row.kinds)
+
+    def _best_by(self, key: Callable[[Row], Hashable]) -> list[int]:
+        """The best row of each value of a key, in descending order of odds."""
+        best: dict[Hashable, int] = {}
         for number in self.ranked:
-            best.setdefault(self.rows[number].kinds, number)
+            best.setdefault(key(self.rows[number]), number)
         return list(best.values())
 
     def of(self, kinds: tuple[str, ...]) -> int:
@@ -122,21 +126,26 @@ class Weighed:
         return [*((kind, 1) for kind in most), *several]
 
     def confounded(self) -> list[tuple[str, str]]:
-        """Pairs of kinds that can replace each other in the best hypothesis.
+        """Pairs of kinds, or variants of one, that can replace each other in the best hypothesis.
 
         Their odds differ by less than strong evidence; or, where both pass the test of chi2, so
         that the misfit excludes neither, by less than twice that.
         """
         best, policy, pairs = self.rows[self.best], self.policy, []
-        for number in self.distinct:
+        for number in self._best_by(lambda row: (row.kinds, row.variants)):
             other = self.rows[number]
-            replaced, replacing = swapped(best.kinds, other.kinds)
+            by_variant = other.kinds == best.kinds
+            replaced, replacing = (
+                swapped(best.variants, other.variants)
+                if by_variant
+                else swapped(best.kinds, other.kinds)
+            )
             both_pass = best.passes(policy) and other.passes(policy)
             close = np.log(policy.strong_where_passing if both_pass else policy.strong)
             similar_odds = self.odds[self.best] - self.odds[number] < close
             if len(replaced) == len(replacing) == 1 and similar_odds:
                 pairs.append((replaced[0], replacing[0]))
-        return pairs
+        return [*dict.fromkeys(pairs)]
 
 
 def swapped(kinds: Sequence[str], others: Sequence[str]) -> tuple[list[str], list[str]]:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ...effects.beyond_prior import BeyondPrior
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...experiment.experiment import Experiment
@@ -14,6 +15,7 @@ from ...inference.chi2 import LEVEL
 from ...inference.engines.about_mode import SampledPosterior, sampled_about
 from ...positions.reprs import with_short_repr
 from ..noise_needed import NoiseNeeded
+from . import _beyond_in_words
 from ._estimates import ParameterEstimate, errors, estimates, number_or_none, sizes
 from ._held_out import held_out
 from ._hypotheses import Hypothesis
@@ -128,6 +130,8 @@ class FittedModel:
 
     def in_short(self, effect: Effect) -> str:
         """Say how large one of its effects is, and where: `0.4 kg at 370 mm`."""
+        if isinstance(effect, BeyondPrior):
+            return _beyond_in_words.in_short(effect, self.estimates_of(effect.name)["value"])
         setting, remark = self.about.get(effect.name, ("", ""))
         estimates = self.estimates_of(effect.name).items()
         sizes = {word: item.in_short() for word, item in estimates if not _is_place(effect, item)}
@@ -157,6 +161,19 @@ class FittedModel:
         name = kind if len(alike) < 2 else f"{kind} {TIMES.get(len(alike), f'{len(alike)} times')}"
         *each, last = [*filter(None, map(self.in_short, alike))] or [""]
         return ", ".join(filter(None, [name, " and ".join(filter(None, [", ".join(each), last]))]))
+
+    def explanation(self, kind: str) -> str:
+        """Say what explains the data where nothing is missing but a prior ends too early."""
+        beyond = [each for each in self.of_kind(kind) if isinstance(each, BeyondPrior)]
+        sentence = " and ".join(
+            _beyond_in_words.explanation(each, self.estimates_of(each.name)["value"])
+            for each in beyond
+        )
+        return sentence[:1].upper() + sentence[1:]
+
+    def claim(self, kind: str) -> str:
+        """Say what is missing, or what explains the data though nothing is."""
+        return self.explanation(kind) or f"Missing is {self.in_words(kind)}"
 
     def place_of(self, effect: Effect) -> list[float]:
         """Estimates of the place of one of its effects."""

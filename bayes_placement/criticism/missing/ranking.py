@@ -17,6 +17,7 @@ from ._standing import Standing
 from ._verdict_in_words import (
     LEFT,
     alone_in_words,
+    better_than_errors,
     exact_fails,
     fails_in_words,
     fall,
@@ -167,14 +168,13 @@ class Ranking:
         falls = fall(self._as_given, best)
         if best.kind and best.kind in self.claimed and (best.model_error or best.noise_needed):
             left = f" {LEFT}" if self._is_misfit_left(likely, best) else ""
-            named = f"{best.in_words(best.kind)}{self._but(best)}"
-            better = "which explains the data better than a larger error"
-            return f"Missing is {named}, {better}; {falls}.{left}"
+            better = better_than_errors(best, "larger error")
+            return f"{best.claim(best.kind)}{self._but(best)}{better}; {falls}.{left}"
         if likely not in (NOTHING, NONE) and share >= AS_STATED.doubted:
             if likely in self.claimed:
                 but = self._but(best, f"probability {share:.3g}")
                 left = f" {LEFT}" if best.p_value < AS_STATED.level else ""
-                return f"Missing is {best.in_words(likely)}{but}; {falls}.{left}"
+                return f"{best.claim(likely)}{but}; {falls}.{left}"
             return f"The evidence favours {likely} (probability {share:.3g}), but not clearly."
         also = f" {best.in_words(best.kind)} also reduces the misfit." if best.kind else ""
         if self.standing.exact_fails:

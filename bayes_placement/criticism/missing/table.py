@@ -87,8 +87,9 @@ class Row(NamedTuple):
 
     Parameters
     ----------
-    kinds, effects
-        Kinds of its effects, sorted, and their names; none of the model as given.
+    kinds, effects, variants
+        Kinds of its effects, sorted, their names, and what they are about where others of their
+        kind may stand for them, sorted; none of the model as given.
     log_evidence, log_prior
         Log evidence, and log prior probability among hypotheses of as many effects.
     squares, data, determined
@@ -129,6 +130,7 @@ class Row(NamedTuple):
     states: int = 1
     held_out: tuple[float, ...] = ()
     edges: tuple[tuple[str, str, float], ...] = ()
+    variants: tuple[str, ...] = ()
 
     @property
     def p_value(self) -> float:
