@@ -134,7 +134,7 @@ class _Steps(NamedTuple):
     role: Role = Role.PARAMETER
     unit: str = ""
     within: Range | None = None
-    stands_for: str = ""
+    stands_for: str | None = None
 
     def step(self, node: Any, key: Any) -> "_Steps":
         """Take one more step, from a node of the tree by a key."""
@@ -251,7 +251,7 @@ def settled(tree: Tree) -> Tree:
     taken = {of.taken_by for of in descriptions}
     for number, of in enumerate(descriptions):
         name = of.steps.stands_for
-        if name and number not in taken:
+        if name is not None and number not in taken:
             raise InputError(
                 f"{of.name} stands for {name!r}; the name of a number or of a prior of the "
                 "structure is needed, each once and after what it is part of was added, since it "
@@ -387,7 +387,7 @@ def _new_descriptions(structure: Any) -> tuple[_Description, ...]:
         _Description(_steps(tree, path), ".".join(_word(key) for key in path)) for path in paths
     ]
     for number, of in enumerate(plain):
-        if of.steps.stands_for:
+        if of.steps.stands_for is not None:
             _stand_in(plain, number)
     return tuple(plain)
 

@@ -906,6 +906,14 @@ def calls_of_effects():
             added,
             {"sensor": sensor, "frequency": positive(900.0), "damping_ratio": ratio},
         ),
+        "beyond_prior": (
+            added,
+            {
+                "unknown": name("structure.damping.ratio"),
+                "value": number(0.07, negative=-0.1),
+                "end": number(0.06),
+            },
+        ),
         "misplaced_sensor": (added, {"sensor": sensor, "shift": number(0.1)}),
         "misplaced_actuator": (added, {"actuator": actuator, "shift": number(0.1)}),
         "reversed_sensor": (added, {"sensor": sensor, "share": share}),

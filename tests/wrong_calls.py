@@ -1162,6 +1162,14 @@ CALLS = {
         lambda: bp.effects.mains_hum("s1", 0.1, quantity="force"),
         "Effect \"mains_hum\": quantity='force' was given; displacement, velocity or acceleration",
     ),
+    "effect beyond no prior": (
+        lambda: experiment() + bp.effects.beyond_prior("structure.modes.mass", 2.0, end=1.0),
+        "effects.beyond_prior.value stands for 'structure.modes.mass'; the name of a number or",
+    ),
+    "effect beyond what can be": (
+        lambda: experiment() + bp.effects.beyond_prior("structure.damping.ratio", 7.0, end=0.06),
+        "damping.ratio=7 was given; it must be between 0 and 1: a damping ratio is a share",
+    ),
     "effect shift mm": (
         lambda: experiment() + bp.effects.misplaced_sensor("s1", 20.0),
         'Effect "misplaced_sensor": a shift of 20 m was given, farther than the structure (1 m)',

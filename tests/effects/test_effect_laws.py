@@ -121,6 +121,9 @@ OWN = {
     "attached": effects.attached(AT, MOUNT, TWICE),
     "over": effects.over(AT, 0.4, MOUNT, TWICE),
     "inserted": effects.inserted(AT, CLAMP, TWICE),
+    "beyond_prior": effects.beyond_prior(
+        "structure.modes.youngs_modulus", Uniform(1e9, 1.5e9), end=1e9
+    ),
     # On none of the lines is there hum of 50 or 60 Hz: these are close to 80 and 160 Hz.
     "mains_hum": effects.mains_hum(
         *("s2", LogUniform(1e-2, 10.0), Uniform(-3.0, 2.0), 40.0, 4.0),
@@ -202,12 +205,13 @@ def test_every_effect_of_the_registry_is_tested():
 # ------------------------------------------------------------------------------ the laws
 
 
-# Its strength makes the sizes inputs of the program, by which a compiler divides in another way
-# than by constants; `test_dimension_error` compares it with a structure whose sizes are inputs.
-OF_SIZES = "dimension_error"
+# Their strength makes numbers of the modes inputs of the program, by which a compiler divides in
+# another way than by constants; `test_dimension_error` and `test_beyond_prior` compare them with a
+# structure of which these are inputs.
+OF_MODES = ("dimension_error", "beyond_prior")
 
 
-@pytest.mark.parametrize("name", [name for name in ROWS if name != OF_SIZES])
+@pytest.mark.parametrize("name", [name for name in ROWS if name not in OF_MODES])
 def test_zero_strength_is_the_identity_bit_for_bit(name):
     absent = ROWS[name].absent * np.ones_like(ROWS[name].strength)
     np.testing.assert_array_equal(compiled(name)(absent, AT, PLACES), without())
@@ -230,10 +234,10 @@ def test_zero_strengths_are_the_identity_on_other_structures(ends):
     kinds_by_name = effects.library(experiment(structure(ends)), [*EFFECTS]).effects
     candidates = [row(effect) for effect in [*kinds_by_name, *OWN.values()]]
     kinds = {case.effect.name: case for case in candidates}
-    for name in (OF_SIZES, *OF_AMPLITUDE[1:]):  # at most one depends on the amplitude
+    for name in (*OF_MODES, *OF_AMPLITUDE[1:]):  # at most one depends on the amplitude
         del kinds[name]
     structural = [case for case in kinds.values() if not isinstance(case.effect, InstrumentEffect)]
-    assert len(structural) >= len({ROWS[name].effect.name for name in STRUCTURAL}) - 4
+    assert len(structural) >= len({ROWS[name].effect.name for name in STRUCTURAL}) - 5
 
     def read(strengths, places):
         pairs = zip(structural, strengths, strict=True)
@@ -338,7 +342,7 @@ def test_the_order_of_adding_is_of_no_consequence(names):
 @in_groups
 def test_seen_from_the_other_end_nothing_changes(names):
     # Places count from the left end: a line that is longer at its right end has no such mirror.
-    names = tuple(name for name in names if name != OF_SIZES)
+    names = tuple(name for name in names if name != "dimension_error")
     ends = {"left": "right", "right": "left"}
     mirrored = [
         dataclasses.replace(effect, end=ends[effect.end]) if "end" in effect.__dict__ else effect
