@@ -7,29 +7,14 @@ from typing import Any, NamedTuple, TypeVar, cast
 
 import equinox as eqx
 import jax
-import numpy as np
 import numpyro
 from jax.tree_util import DictKey, GetAttrKey, SequenceKey
-from numpyro.distributions import (
-    Delta,
-    Distribution,
-    ExpandedDistribution,
-    Independent,
-    LogUniform,
-    TransformedDistribution,
-    Uniform,
-    constraints,
-)
-from numpyro.distributions.transforms import AffineTransform
+from numpyro.distributions import Distribution
 
-from ._compiled import compiled
 from ._ranges import Range
 from ._types import InputError, check_kind
 
 Tree = TypeVar("Tree")
-
-IMPOSSIBLE = 1e-6
-"""Probability that a prior may give to values that cannot be."""
 
 
 class Role(enum.Enum):
@@ -272,72 +257,6 @@ def leaves_with_unit(tree: Any) -> list[Leaf]:
     leaves, structure = _flattened(tree)
     described_leaves = zip(_descriptions(structure), leaves, strict=True)
     return [_leaf(of, leaf) for of, leaf in described_leaves if of.steps.unit]
-
-
-def described(prior: Any) -> str:
-    """Write a distribution as its name and arguments, Uniform(0.02, 0.06), or as it was made."""
-    if isinstance(prior, Independent):
-        return described(prior.base_dist)
-    if isinstance(prior, ExpandedDistribution):
-        return f"{int(np.prod(prior.shape()))} {described(prior.base_dist)}"
-    if type(prior) is TransformedDistribution:
-        words = described(prior.base_dist)
-        for transform in prior.transforms:
-            words = _transformed(transform, words)
-        return words
-    values = [getattr(prior, name, None) for name in prior.arg_constraints]
-    return f"{type(prior).__name__}({', '.join(_number(v) for v in values if v is not None)})"
-
-
-def _transformed(transform: Any, words: str) -> str:
-    """Write a transform of what is described by words: -1 + exp(Normal(0, 1.5))."""
-    if isinstance(transform, AffineTransform):
-        location, scale = _number(transform.loc), _number(transform.scale)
-        scaled = words if scale == "1" else f"{scale} {words}"
-        return scaled if location == "0" else f"{location} + {scaled}"
-    return f"{type(transform).__name__.removesuffix('Transform').lower()}({words})"
-
-
-def _number(value: Any) -> str:
-    """Write a number, or the first and the last of several; `traced` where it has no value yet."""
-    if isinstance(value, jax.core.Tracer):
-        return "traced"
-    words = [f"{number:.6g}" for number in np.ravel(np.asarray(value))]
-    if len(set(words)) == 1:
-        return words[0]
-    return f"[{', '.join(words if len(words) < 4 else [words[0], '...', words[-1]])}]"
-
-
-def reach(prior: Distribution) -> tuple[float, float]:
-    """Least and greatest value of a prior, tails of a probability of 1e-6 left out.
-
-    Infinite where they are not known, for want of a quantile function.
-    """
-    if isinstance(prior, Delta):
-        return float(np.min(prior.v)), float(np.max(prior.v))
-    low, high = ends(prior)
-    if low == -np.inf:
-        low = _quantile(prior, IMPOSSIBLE, low)
-    return low, _quantile(prior, 1 - IMPOSSIBLE, high) if high == np.inf else high
-
-
-def ends(prior: Distribution) -> tuple[float, float]:
-    """Where a prior begins and ends; infinite on a side where it does not."""
-    if isinstance(prior, Uniform | LogUniform):
-        return float(np.min(prior.low)), float(np.max(prior.high))
-    support = prior.support
-    if isinstance(support, constraints.independent):
-        support = support.base_constraint
-    low = float(np.min(getattr(support, "lower_bound", -np.inf)))
-    return low, float(np.max(getattr(support, "upper_bound", np.inf)))
-
-
-def _quantile(prior: Distribution, probability: float, unknown: float) -> float:
-    try:
-        value = compiled(type(prior).icdf).bound(prior, probability, effort=0)()
-        return float(np.asarray(value).flat[0])
-    except (NotImplementedError, ImportError):  # some inverses need TensorFlow
-        return unknown
 
 
 def _mapped(tree: Tree, function: Callable[[Unknown], Any]) -> Tree:

@@ -6,7 +6,8 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from .._sites import Role, Unknown, described, reach
+from .._ranges import described, reach
+from .._sites import Role, Unknown
 from .._types import InputError
 from ..experiment.experiment import Experiment
 

@@ -7,8 +7,8 @@ import equinox as eqx
 import numpy as np
 from numpyro.distributions import Distribution, LogUniform, Uniform
 
-from .._ranges import Range
-from .._sites import STANDS_FOR, ends, unit
+from .._ranges import Range, ends
+from .._sites import STANDS_FOR, unit
 from .._types import Parameter
 from ..modes.modes import Modes
 from .effect import StructureEffect

@@ -16,17 +16,8 @@ from numpyro.distributions import (
 )
 
 from .._compiled import compiled
-from .._ranges import POSITIVE, Range
-from .._sites import (
-    Leaf,
-    Unknown,
-    described,
-    is_unknown,
-    leaves_with_unit,
-    reach,
-    substitute,
-    unknowns,
-)
+from .._ranges import POSITIVE, Range, described, reach
+from .._sites import Leaf, Unknown, is_unknown, leaves_with_unit, substitute, unknowns
 from .._types import InputError, shown
 from ..positions.at import position_on
 from ..positions.bounds import Bounds

@@ -12,8 +12,8 @@ import numpy as np
 from jaxtyping import Array, Float, Inexact
 from numpy.typing import ArrayLike
 
-from .._ranges import ANGLE, DELAY
-from .._sites import Role, described, is_unknown, unit, unknowns
+from .._ranges import ANGLE, DELAY, described
+from .._sites import Role, is_unknown, unit, unknowns
 from .._types import InputError, Parameter, Shapes, check_annotated, check_kind
 from ..modes.modes import Modes
 from ..modes.points import Points

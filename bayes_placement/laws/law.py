@@ -9,7 +9,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Inexact
 
-from .._sites import described, is_unknown, unit
+from .._ranges import described
+from .._sites import is_unknown, unit
 from .._types import InputError, Parameter, check_annotated, shown
 from ..modes.scalars import check_scalar
 from ..positions.reprs import notebook_html

@@ -5,7 +5,8 @@ from typing import Any
 import jax
 import numpy as np
 
-from .._sites import described, is_unknown
+from .._ranges import described
+from .._sites import is_unknown
 from .._types import InputError, shown
 
 

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from .._sites import is_unknown, reach
+from .._ranges import reach
+from .._sites import is_unknown
 from .bounds import Bounds, in_space
 from .places import AtNode, InBall, Straight
 

@@ -5,7 +5,8 @@ from typing import Any, NamedTuple, TypeAlias
 import jax
 import numpy as np
 
-from .._sites import described, is_finite, is_unknown, reach
+from .._ranges import described, reach
+from .._sites import is_finite, is_unknown
 from .._types import InputError, Parameter, finite_number
 from .bounds import (
     Bounds,

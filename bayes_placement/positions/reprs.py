@@ -12,7 +12,8 @@ import numpy as np
 import pandas as pd
 from numpyro.distributions import Distribution
 
-from .._sites import Role, Unknown, described, stated_unit, unknowns
+from .._ranges import described
+from .._sites import Role, Unknown, stated_unit, unknowns
 
 PRIOR_HEADINGS = ("unknown", "prior", "unit", "role")
 """Headings of a table of priors."""

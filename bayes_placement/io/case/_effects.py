@@ -6,7 +6,8 @@ from typing import Any
 
 import jax
 
-from ..._sites import described, is_unknown
+from ..._ranges import described
+from ..._sites import is_unknown
 from ..._types import InputError
 from ...effects.effect import Effect
 from ...effects.library import EFFECTS, kind_of, library
