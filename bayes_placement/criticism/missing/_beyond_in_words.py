@@ -20,12 +20,10 @@ def in_short(effect: BeyondPrior, value: ParameterEstimate) -> str:
 def _value_and_end(effect: BeyondPrior, value: ParameterEstimate) -> tuple[str, str]:
     field = effect.unknown.rpartition(".")[2]
     scale = readable(value.unit, field, abs(value.mean))
-    mean, end = (
-        f"{scale.number(number, value.standard_deviation)} {scale.name}".rstrip()
-        for number in (value.mean, effect.end)
-    )
+    mean = scale.number(value.mean, value.standard_deviation)
     verb = "ends" if value.mean > effect.end else "begins"
-    return f"{_quantity(effect.unknown)} of {mean}", f"{verb} at {end}"
+    what = f"{_quantity(effect.unknown)} of {mean} {scale.name}"
+    return what.rstrip(), f"{verb} at {effect.end * scale.factor:.4g} {scale.name}".rstrip()
 
 
 def _quantity(name: str) -> str:
