@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -62,8 +62,7 @@ class LowPass(OnTransducer):
 
     def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:
         """Return the transmission on sensors, and its inverse on actuators."""
-        ratio = omega / (2 * jnp.pi * self.frequency)
-        inverse = 1 + 1j * ratio if self.order == 1 else 1 - ratio**2 + math.sqrt(2) * 1j * ratio
+        inverse = loss_of_order(omega / (2 * jnp.pi * self.frequency), self.order)
         factor = 1 / inverse if self.side == "sensor" else inverse
         return 1 + self.affected(instruments) * (factor - 1)
 
@@ -79,6 +78,11 @@ class LowPass(OnTransducer):
             for name, side in [(None, "sensor"), *each]
             for order in (1, 2)
         ]
+
+
+def loss_of_order(ratio: Any, order: int) -> Any:
+    """Inverse of the transmission of a low-pass at frequencies over its corner [1]."""
+    return 1 + 1j * ratio if order == 1 else 1 - ratio**2 + math.sqrt(2) * 1j * ratio
 
 
 low_pass = LowPass

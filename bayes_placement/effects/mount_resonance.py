@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -59,9 +59,7 @@ class MountResonance(InstrumentEffect):
     def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:
         """Return the transmission of the mount on the channels of the sensor."""
         ratio = omega / (2 * jnp.pi * self.frequency)
-        loss = 2j * self.damping_ratio * ratio
-        excess = ratio**2 / (1 - ratio**2 + loss)
-        return 1 + instruments.of(self.sensor)[:, None, None] * excess
+        return 1 + instruments.of(self.sensor)[:, None, None] * excess(ratio, self.damping_ratio)
 
     def location(self, modes: Modes, instruments: Instruments) -> Location:
         """Where the sensor was recorded [m]."""
@@ -77,6 +75,11 @@ class MountResonance(InstrumentEffect):
         low, high = scales.band
         frequency, damping_ratio = LogUniform(low, 10 * high), LogUniform(0.003, 0.3)
         return [cls(sensor, frequency, damping_ratio) for sensor in scales.instruments.sensors]
+
+
+def excess(ratio: Any, damping_ratio: Any) -> Any:
+    """Transmission less 1 of a mount at frequencies over its resonance [1]."""
+    return ratio**2 / (1 - ratio**2 + 2j * damping_ratio * ratio)
 
 
 mount_resonance = MountResonance

@@ -62,7 +62,7 @@ class NetworkRows:
         self._present, self._pot, self._lossy = letters != "", letters == "p", letters == "h"
         self._power = np.array([[float(POWERS.get(e, 0)) for e in row] for row in letters])
 
-    def dynamic_stiffness(
+    def at_lines(
         self, which: Which, points: Points, omega: Float[np.ndarray, "frequency"]
     ) -> tuple[Stiffness, Slopes]:
         """Dynamic stiffness of rows, and its slopes along their coordinates.

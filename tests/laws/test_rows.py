@@ -18,7 +18,7 @@ POINTS = 0.3 * np.random.default_rng(0).standard_normal((len(TREES), NUMBERS))
 
 
 def stiffness(points):
-    return ROWS.dynamic_stiffness(WHICH, points, OMEGA)[0]
+    return ROWS.at_lines(WHICH, points, OMEGA)[0]
 
 
 def test_rows_are_the_laws_that_they_stand_for():
@@ -34,7 +34,7 @@ def test_rows_are_the_laws_that_they_stand_for():
 def test_slopes_are_those_of_differences(coordinate):
     step = 1e-6 * np.eye(NUMBERS)[coordinate]
     differences = (stiffness(POINTS + step) - stiffness(POINTS - step)) / 2e-6
-    slopes = ROWS.dynamic_stiffness(WHICH, POINTS, OMEGA)[1][:, coordinate]
+    slopes = ROWS.at_lines(WHICH, POINTS, OMEGA)[1][:, coordinate]
     scale = np.abs(stiffness(POINTS))
     # Next to a resonance without damping the stiffness bends within a step.
     assert np.max(np.abs(slopes - differences) / scale) < 2e-6

@@ -57,7 +57,7 @@ def with_networks(comparison: Comparison, base: Hypothesis, tick: Tick) -> Compa
         return comparison
     ports, found = reached_ports(base.problem, base.fit.point, tick)
     if not base.effects:
-        reach = reach_of(base.problem, base.fit.squares, ports, found)
+        reach = reach_of(base.problem, base.fit, ports, found)
         comparison = comparison._replace(reach=reach)
     told = [law for law in simplest(found) if not _is_listed(law)]
     if not told:

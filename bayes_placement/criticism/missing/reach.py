@@ -61,4 +61,4 @@ def reach(
         )
     tick = ticks(progress, len(ports_of(null.problem.experiment)), (0.0, 1.0))
     reached = reached_ports(null.problem, null.fit.point, tick)
-    return reach_of(null.problem, null.fit.squares, *reached)
+    return reach_of(null.problem, null.fit, *reached)

@@ -13,26 +13,28 @@ import numpy as np
 import pandas as pd
 from jaxtyping import Float
 
-from ...inference.residuals import Problem
 from ._at_port import omega_of
-from ._free_law import FreeLaw, over
+from ._channels import CHANNELS
+from ._free_law import Free, over
 from ._named_laws import NamedLaw
 
 TINY = np.finfo(float).tiny
 """Least information: the deviation is huge where the data do not see the port."""
 
 
-def as_measured(law: NamedLaw, problem: Problem) -> pd.DataFrame:
-    """Dynamic stiffness at each line, of a cut the compliance, and its uncertainty.
+def as_measured(law: NamedLaw, free: Free) -> pd.DataFrame:
+    """Dynamic stiffness at each line, of a cut the compliance, of channels the factor.
+
+    Each with its uncertainty.
 
     Parameters
     ----------
     law
         A law at the port, fitted in full.
-    problem
-        The problem with the port.
+    free
+        The problem with the port, or the factor; nothing is held.
     """
-    point, free = law.point[None], FreeLaw(problem)
+    point = law.point[None]
     at = free.at(point)
     strength = at.best()
     soft = 1 - at.receptance * strength
@@ -41,7 +43,7 @@ def as_measured(law: NamedLaw, problem: Problem) -> pd.DataFrame:
     slopes = free.slopes(point, strength, soft)  # with this Z held
     pulls = np.einsum("pcf,pucf->puf", np.conj(along), slopes)
     variance = _covariance(-over(pulls, information[:, None])[0], information[0], law)
-    asked = over(strength, soft)[0]
+    asked = over(strength, soft)[0] + (law.port.acts_on in CHANNELS)  # the factor is 1 + t
     return pd.DataFrame(
         {
             "frequency": omega_of(free) / (2 * np.pi),

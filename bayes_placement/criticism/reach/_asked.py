@@ -5,19 +5,23 @@ channels: I / 2 |t|^2 + Re(p* t), less what the other unknowns take up.
 """
 
 import functools
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from jaxtyping import Complex, Float
 
 from ...inference.engines.least_squares import NormalEquations
 from ...laws.rows import NUMBERS, NetworkRows
-from ._free_law import AtPort, FreeLaw, Lines, Points, half_squares, products
+from ._filters import FilterRows
+from ._free_law import AtPort, Free, Lines, Points, half_squares, products
 
 NETWORK, PLACE = NUMBERS, NUMBERS + 1
 """Coordinates of a row that are the number of its network and that of its place, and are held."""
 
 OF_ROW = NUMBERS + 2
+
+Rows: TypeAlias = NetworkRows | FilterRows
+"""Laws of few numbers as arrays: of a factor its change t from 1, which is Z where h is zero."""
 
 LARGEST = np.array([5.0] * NUMBERS + [np.inf] * 2)
 """Largest coordinates of a row."""
@@ -49,7 +53,7 @@ class Asked(NamedTuple):
     log_volume: Float[np.ndarray, "place"]
 
     @classmethod
-    def at(cls, free: FreeLaw, points: Points, lines: Any) -> "Asked":
+    def at(cls, free: Free, points: Points, lines: Any) -> "Asked":
         """Read it at points, each at a place of its own, at some lines that stand for all.
 
         Parameters
@@ -95,14 +99,14 @@ class LawsAsked:
     asked
         What the data ask at each place.
     rows
-        The networks.
+        The networks, or filters.
     omega
         Angular frequencies [rad/s].
     is_cut
         Whether laws are inserted.
     """
 
-    def __init__(self, asked: Asked, rows: NetworkRows, omega: Any, is_cut: bool):
+    def __init__(self, asked: Asked, rows: Rows, omega: Any, is_cut: bool):
         self.asked, self.rows, self.omega, self.is_cut = asked, rows, omega, is_cut
 
     def cost(self, points: Points) -> np.ndarray:
@@ -143,11 +147,11 @@ class LawsAsked:
     def _drawn(self, which: Any, count: int) -> Any:
         numbers = np.tile(draws(count), (len(which), 1))
         rows = np.repeat(np.array(which), count)
-        return self.rows.dynamic_stiffness(rows, numbers, self.omega)[0]
+        return self.rows.at_lines(rows, numbers, self.omega)[0]
 
     def _strength(self, points: Points) -> tuple[Any, Lines, Any]:
         which, place = points[:, NETWORK].astype(int), points[:, PLACE].astype(int)
-        stiffness, slopes = self.rows.dynamic_stiffness(which, points[:, :NUMBERS], self.omega)
+        stiffness, slopes = self.rows.at_lines(which, points[:, :NUMBERS], self.omega)
         strength, softened = closed(stiffness, self.asked.receptance[place], self.is_cut)
         return place, strength, slopes * softened[:, None]
 

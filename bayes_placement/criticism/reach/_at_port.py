@@ -1,6 +1,6 @@
 """One kind of port on one piece: what any law there could do, and what a law of few numbers."""
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
@@ -8,9 +8,10 @@ from jaxtyping import Float
 from ...experiment.resized import evenly_spread
 from ...inference.engines.levenberg_marquardt import minimise
 from ...inference.residuals import Problem, point_in_problem
-from ...laws.rows import NetworkRows
-from ._asked import Asked, LawsAsked
-from ._free_law import AnyLaw, FreeLaw, Points
+from ._asked import Asked, LawsAsked, Rows
+from ._channels import ChannelPort, free_factor
+from ._filters import FILTERS
+from ._free_law import AnyLaw, Free, FreeLaw, Points
 from ._laws_at_places import laws_at_places
 from ._ports import Port, grid, largest, place_columns
 
@@ -23,6 +24,9 @@ FOLLOWED = 8
 Point = Float[np.ndarray, "unknown"]
 """Coordinates of a problem."""
 
+AnyPort: TypeAlias = Port | ChannelPort
+"""Where a law or a factor acts."""
+
 
 class ReachOfPort(NamedTuple):
     """What laws at a kind of port can do, by place.
@@ -30,9 +34,9 @@ class ReachOfPort(NamedTuple):
     Parameters
     ----------
     port
-        The kind of port.
+        The kind of port, or the channels.
     free
-        The problem with a law that may be any.
+        The problem with a law, or a factor, that may be any.
     points
         Fits with the law free at each line [place, unknown].
     squares
@@ -43,15 +47,15 @@ class ReachOfPort(NamedTuple):
         Log evidence of that law.
     """
 
-    port: Port
-    free: FreeLaw
+    port: AnyPort
+    free: Free
     points: Points
     squares: Float[np.ndarray, "place"]
     squares_of_law: Float[np.ndarray, "place"]
     log_evidence: Float[np.ndarray, "place"]
 
-    def rows(self) -> NetworkRows:
-        """The networks of the kind of port."""
+    def rows(self) -> Rows:
+        """The laws of few numbers of the kind of port."""
         return rows_of(self.port, self.free)
 
 
@@ -71,17 +75,36 @@ def reach_of_port(base: Problem, point: Point, port: Port) -> ReachOfPort:
     columns = place_columns(port, problem)
     free = FreeLaw(problem, columns)
     start = point_in_problem(base, point, problem)
-    ends, squares = _with_free_law(start, free, grid(port, len(columns)))
-    rows = rows_of(port, free)
-    which = np.array(largest(rows.trees))
-    objective = asked_of_laws(free, ends, rows, port, MOST_LINES)
+    which = np.array(largest(port.trees()))
+    return _reach_at(port, free, start, grid(port, len(columns)), which)
+
+
+def reach_of_channel(base: Problem, point: Point, port: ChannelPort) -> ReachOfPort:
+    """Fit all else with a free factor on channels, then filters of a few numbers.
+
+    Parameters
+    ----------
+    base
+        The problem of the model.
+    point
+        Its fit.
+    port
+        The channels.
+    """
+    free = free_factor(port, base)
+    return _reach_at(port, free, point, np.zeros((1, 0)), np.arange(len(FILTERS)))
+
+
+def _reach_at(port: AnyPort, free: Free, start: Point, places: Any, which: Any) -> ReachOfPort:
+    ends, squares = _with_free_law(start, free, places)
+    objective = asked_of_laws(free, ends, rows_of(port, free), port, MOST_LINES)
     _, cost, evidence = laws_at_places(objective, which, len(ends), -FOLLOWED)
     best = np.argmax(evidence, axis=1)[:, None]
     costs, evidences = (np.take_along_axis(each, best, axis=1)[:, 0] for each in (cost, evidence))
     return ReachOfPort(port, free, ends, squares, 2 * costs, evidences)
 
 
-def _with_free_law(start: Point, free: FreeLaw, places: Any) -> tuple[Points, Any]:
+def _with_free_law(start: Point, free: Free, places: Any) -> tuple[Points, Any]:
     """All else fitted at each place, from the fit without a law and from the medians of priors."""
     fitted = np.repeat(start[None], len(places), axis=0)
     starts = np.concatenate([fitted, np.zeros_like(fitted)])
@@ -93,20 +116,17 @@ def _with_free_law(start: Point, free: FreeLaw, places: Any) -> tuple[Points, An
     return ends[chosen], normal.squares[chosen]
 
 
-def asked_of_laws(
-    free: FreeLaw, points: Points, rows: NetworkRows, port: Port, most: int
-) -> LawsAsked:
+def asked_of_laws(free: Free, points: Points, rows: Rows, port: AnyPort, most: int) -> LawsAsked:
     """Laws at places, at no more lines than are needed to choose among them."""
     omega = omega_of(free)
     lines = evenly_spread(omega.size, most) if omega.size > most else np.arange(omega.size)
     return LawsAsked(Asked.at(free, points, lines), rows, omega[lines], port.is_cut)
 
 
-def rows_of(port: Port, free: FreeLaw) -> NetworkRows:
-    omega = omega_of(free)
-    size = 1 / free.size() if port.is_cut else free.size()
-    return NetworkRows(port.trees(), size, float(np.sqrt(omega[0] * omega[-1])))
+def rows_of(port: AnyPort, free: Any) -> Rows:
+    """Laws of few numbers that may act at a port."""
+    return port.rows(free, omega_of(free))
 
 
-def omega_of(free: FreeLaw) -> Any:
+def omega_of(free: Free) -> Any:
     return 2 * np.pi * np.asarray(free.problem.experiment.frequency, float)

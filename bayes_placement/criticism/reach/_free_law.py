@@ -7,7 +7,7 @@ Pereyra, SIAM J. Numer. Anal. 10 (1973) 413, doi:10.1137/0710036).
 """
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -65,6 +65,29 @@ class AtPort(NamedTuple):
         return self.free + self.slope * strength[:, None]
 
 
+@runtime_checkable
+class Free(Protocol):
+    """What may be any at each line: a law on a port, or a factor on channels."""
+
+    problem: Problem
+    held: list[int]
+
+    def at(self, points: Points) -> AtPort:
+        """What it does, at points."""
+
+    def residuals(self, points: Points, numerator: Lines, denominator: Lines) -> Channels:
+        """Residuals with a law, numerator over denominator."""
+
+    def slopes(self, points: Points, numerator: Lines, denominator: Lines) -> Along:
+        """Slopes of these along all unknowns, the law held; zero along what is held."""
+
+    def lines(self) -> int:
+        """Number of lines at which it may act on what was measured."""
+
+    def released(self) -> "Free":
+        """Return the same with nothing held."""
+
+
 class FreeLaw:
     """An experiment with an effect on one port whose law may be any.
 
@@ -86,7 +109,7 @@ class FreeLaw:
         laws = [(0.0, 1.0), (self._soft, 1.0), (1.0, 0.0)]
         shape = (len(points), len(laws), 2, self._lines)
         filled = np.broadcast_to(np.array(laws, complex)[..., None], shape)
-        residual = self._complex(self.problem.with_laws(points, filled))
+        residual = complex_residuals(self.problem.with_laws(points, filled), self.problem)
         free = residual[:, 0]
         # a z / (1 + h z), and a / h of the pole.
         by_soft, by_pole = residual[:, 1] - free, residual[:, 2] - free
@@ -99,6 +122,11 @@ class FreeLaw:
         """Median of 1 / |h| over the lines, at the medians of all priors."""
         return SOFT**-1 * self._soft
 
+    def residuals(self, points: Points, numerator: Lines, denominator: Lines) -> Channels:
+        """Residuals with a law, numerator over denominator."""
+        laws = np.stack([numerator, denominator], axis=1)[:, None]
+        return complex_residuals(self.problem.with_laws(points, laws)[:, 0], self.problem)
+
     def slopes(self, points: Points, numerator: Lines, denominator: Lines) -> Along:
         """Slopes of the residuals along all unknowns, the law held; zero along what is held."""
         groups = self.problem.squares.column_groups
@@ -110,12 +138,15 @@ class FreeLaw:
         residual = residual.reshape(len(points), len(steps), -1)
         slopes = groups.slopes((residual[:, 1:] - residual[:, :1]) / STEP)
         slopes[:, self.held] = 0.0
-        return self._complex(slopes)
+        return complex_residuals(slopes, self.problem)
 
-    def _complex(self, residual: np.ndarray) -> Any:
-        """Complex residuals [..., channel, frequency] from those of both parts."""
-        parts = residual.reshape(*residual.shape[:-1], -1, 2, self._lines)
-        return parts[..., 0, :] + 1j * parts[..., 1, :]
+    def lines(self) -> int:
+        """Number of lines at which something was measured."""
+        return lines_of(self.problem, 1)
+
+    def released(self) -> "FreeLaw":
+        """Return the same with nothing held."""
+        return FreeLaw(self.problem)
 
     def _calibrated(self, point: Points) -> float:
         """A law so soft that h Z is about `SOFT`."""
@@ -129,7 +160,7 @@ class FreeLaw:
 class AnyLaw:
     """What a descent over all unknowns makes small, the law free at each line."""
 
-    def __init__(self, free: FreeLaw):
+    def __init__(self, free: Free):
         self.free = free
 
     def cost(self, points: Points) -> np.ndarray:
@@ -152,6 +183,19 @@ class AnyLaw:
         squares = 2 * half_squares(left)
         cost = 0.5 * squares + half_squares(points)
         return NormalEquations(cost, gradient, curvature + np.eye(points.shape[1]), squares)
+
+
+def complex_residuals(residual: np.ndarray, problem: Problem) -> Any:
+    """Complex residuals [..., channel, frequency] from those of both parts."""
+    parts = residual.reshape(*residual.shape[:-1], -1, 2, problem.data.z.shape[-1])
+    return parts[..., 0, :] + 1j * parts[..., 1, :]
+
+
+def lines_of(problem: Problem, affected: Any) -> int:
+    """Number of lines at which some of the affected channels [channel, 1] were measured."""
+    measured = np.asarray(problem.data.measured)
+    by_channel = measured.reshape(-1, 2, measured.shape[-1])[:, 0] * affected
+    return int(np.count_nonzero(by_channel.any(axis=0)))
 
 
 def products(slopes: Along, residual: Channels) -> tuple[np.ndarray, np.ndarray]:

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from ...inference.engines.least_squares import NormalEquations
-from ...laws.rows import NUMBERS, NetworkRows
-from ._asked import closed, held_last
-from ._free_law import FreeLaw, Points, half_squares, products
+from ...laws.rows import NUMBERS
+from ._asked import Rows, closed, held_last
+from ._free_law import Free, Points, half_squares, products
 
 
 class LawsInFull:
@@ -22,16 +22,16 @@ class LawsInFull:
     Parameters
     ----------
     free
-        The experiment with a port; nothing is held.
+        The experiment with a port, or a factor on channels; nothing is held.
     rows
-        The networks.
+        The networks, or filters.
     omega
         Angular frequencies [rad/s].
     is_cut
         Whether laws are inserted.
     """
 
-    def __init__(self, free: FreeLaw, rows: NetworkRows, omega: Any, is_cut: bool):
+    def __init__(self, free: Free, rows: Rows, omega: Any, is_cut: bool):
         self.free, self.rows, self.omega, self.is_cut = free, rows, omega, is_cut
 
     @property
@@ -42,15 +42,14 @@ class LawsInFull:
     def cost(self, points: Points) -> np.ndarray:
         """Minus log posterior density."""
         of_problem, of_law, which = self._parts(points)
-        stiffness, _ = self.rows.dynamic_stiffness(which, of_law, self.omega)
-        laws = np.stack(self._law(stiffness), axis=1)[:, None]
-        residual = self.free.problem.with_laws(of_problem, laws)[:, 0]
+        stiffness, _ = self.rows.at_lines(which, of_law, self.omega)
+        residual = self.free.residuals(of_problem, *self._law(stiffness))
         return half_squares(residual) + half_squares(of_problem) + half_squares(of_law)
 
     def normal_equations(self, points: Points) -> NormalEquations:
         """Normal equations."""
         of_problem, of_law, which = self._parts(points)
-        stiffness, along = self.rows.dynamic_stiffness(which, of_law, self.omega)
+        stiffness, along = self.rows.at_lines(which, of_law, self.omega)
         at = self.free.at(of_problem)
         strength, softened = closed(stiffness, at.receptance, self.is_cut)
         left = at.left(strength)

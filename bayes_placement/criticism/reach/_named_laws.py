@@ -1,5 +1,6 @@
 """Every network at the best places of a kind of port; the best of them fitted in full."""
 
+import functools
 import json
 import math
 from collections import Counter
@@ -13,13 +14,22 @@ from ...inference.engines.levenberg_marquardt import Fit, best_fit, minimise
 from ...inference.residuals import Problem
 from ...laws.catalogue import leaves
 from ...laws.law import Law, Tree
-from ...laws.rows import NUMBERS, NetworkRows
-from ._asked import NETWORK, OF_ROW, PLACE, LawsAsked
-from ._at_port import Point, ReachOfPort, asked_of_laws, omega_of, reach_of_port
-from ._free_law import FreeLaw, Points
+from ...laws.rows import NUMBERS
+from ._asked import NETWORK, OF_ROW, PLACE, LawsAsked, Rows
+from ._at_port import (
+    Point,
+    ReachOfPort,
+    asked_of_laws,
+    omega_of,
+    reach_of_channel,
+    reach_of_port,
+)
+from ._channels import channels_of
+from ._filters import ChannelFilter
+from ._free_law import Points
 from ._laws_at_places import laws_at_places
 from ._laws_in_full import LawsInFull
-from ._ports import Port, ports_of
+from ._ports import ports_of
 
 MOST_LINES = 400
 """Lines at which all networks are fitted: these are starts only."""
@@ -41,18 +51,18 @@ REFINED, ROUNDS = 2, 3
 
 
 class NamedLaw(NamedTuple):
-    """A network at a port, fitted in full.
+    """A network at a port, or a filter in channels, fitted in full.
 
     Parameters
     ----------
     port
-        The kind of port.
+        The kind of port, or the channels.
     tree
-        The network.
+        The network, or the filter.
     law
-        The network with its numbers.
-    prior
-        The network with priors of its numbers.
+        The network, or the filter, with its numbers.
+    rows
+        All that were tried there.
     point
         Coordinates of the problem, the place among them.
     numbers
@@ -63,10 +73,10 @@ class NamedLaw(NamedTuple):
         Log prior probability of the network, and of the piece, within its kind of port.
     """
 
-    port: Port
+    port: Any
     tree: Tree
-    law: Law
-    prior: Law
+    law: Law | ChannelFilter
+    rows: Any
     point: Float[np.ndarray, "unknown"]
     numbers: Float[np.ndarray, "number"]
     fit: Fit
@@ -76,6 +86,11 @@ class NamedLaw(NamedTuple):
     def log_odds(self) -> float:
         """Log evidence and log prior together."""
         return self.fit.log_evidence + self.log_prior
+
+    @property
+    def prior(self) -> Law:
+        """The network with priors of its numbers."""
+        return self.rows.prior(self.rows.trees.index(self.tree))  # type: ignore[no-any-return]
 
 
 def reached_ports(
@@ -92,12 +107,31 @@ def reached_ports(
     tick
         Called once for each kind of port.
     """
-    ports = ports_of(problem.experiment)
+    return _reached(
+        ports_of(problem.experiment), functools.partial(reach_of_port, problem, point), tick
+    )
+
+
+def reached_channels(problem: Problem, point: Point) -> tuple[list[ReachOfPort], list[NamedLaw]]:
+    """What factors on each channel, and on all, can do, and the best filters.
+
+    Parameters
+    ----------
+    problem
+        The problem of the model.
+    point
+        Its fit.
+    """
+    of_channel = functools.partial(reach_of_channel, problem, point)
+    return _reached(channels_of(problem.experiment), of_channel, lambda: None)
+
+
+def _reached(ports: Any, reach_of: Any, tick: Any) -> tuple[list[ReachOfPort], list[NamedLaw]]:
     pieces = Counter(port.acts_on for port in ports)
     reached: list[ReachOfPort] = []
     named: list[list[NamedLaw]] = []
     for port in ports:
-        reached.append(reach_of_port(problem, point, port))
+        reached.append(reach_of(port))
         named.append(laws_with_names(reached[-1], pieces[port.acts_on]))
         tick()
     order = sorted(range(len(ports)), key=lambda number: -_log_evidence(_best(named[number])))
@@ -112,7 +146,8 @@ def _refined(reach: ReachOfPort, laws: list[NamedLaw], pieces: int) -> list[Name
 
     On a grid those laws seem the best whose place matters least.
     """
-    for _ in range(ROUNDS):
+    rounds = ROUNDS if len(reach.points) > 1 else 0  # a channel has no place
+    for _ in range(rounds):
         before = _best(laws)
         laws = _best_of_each([*laws, *_laws_at(reach, before.point[None], pieces)])
         if _log_evidence(_best(laws)) < _log_evidence(before) + STRONG:
@@ -225,8 +260,8 @@ def _is_part(tree: Tree, whole: Tree) -> bool:
     return Counter(leaves(tree)) < Counter(leaves(whole))
 
 
-def _in_full(reach: ReachOfPort, rows: NetworkRows, starts: Any, pieces: int) -> list[NamedLaw]:
-    free = FreeLaw(reach.free.problem)
+def _in_full(reach: ReachOfPort, rows: Rows, starts: Any, pieces: int) -> list[NamedLaw]:
+    free = reach.free.released()
     objective = LawsInFull(free, rows, omega_of(free), reach.port.is_cut)
     ends, normal = minimise(objective, starts, steps=25, largest=objective.largest)
     named = []
@@ -237,7 +272,7 @@ def _in_full(reach: ReachOfPort, rows: NetworkRows, starts: Any, pieces: int) ->
         network, size = int(ends[row, -1]), free.problem.dimension
         numbers = ends[row, size:-1]
         law = rows.law(network, numbers)
-        laws = rows.trees[network], law, rows.prior(network)
-        prior = log_prior(rows.trees[network], rows.trees) - np.log(pieces)
-        named.append(NamedLaw(reach.port, *laws, ends[row, :size], numbers, fit, float(prior)))
+        tree = rows.trees[network]
+        prior = float(log_prior(tree, rows.trees) - np.log(pieces))
+        named.append(NamedLaw(reach.port, tree, law, rows, ends[row, :size], numbers, fit, prior))
     return named

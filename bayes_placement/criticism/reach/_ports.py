@@ -21,7 +21,9 @@ from ...inference.residuals import Problem, fields_of
 from ...laws import Law, Spring
 from ...laws.catalogue import leaves, networks
 from ...laws.law import Tree
+from ...laws.rows import NetworkRows
 from ...modes.ports import is_line
+from ._free_law import FreeLaw
 
 PLACES = {1: 25, 2: 9, 3: 5}
 """Places along each coordinate of a port that has so many."""
@@ -87,6 +89,20 @@ class Port(NamedTuple):
         if self.is_cut:
             return "rad/(N m)" if self.effect.motion == "rotation" else "m/N"
         return "N m/rad" if self.acts_on == "rotation" else "N/m"
+
+    def effect_in(self, experiment: Experiment) -> Any:
+        """Return the effect as an experiment has it."""
+        return next(each for each in experiment.effects if each.name == self.effect.name)
+
+    def setting(self, experiment: Experiment) -> str:
+        """Piece of the structure and direction, in words."""
+        effect = self.effect_in(experiment)
+        return str(effect.setting(experiment.structure.modes, experiment.instruments))
+
+    def rows(self, free: FreeLaw, omega: Any) -> NetworkRows:
+        """Networks that may act there, about the size of what the port feels."""
+        size = 1 / free.size() if self.is_cut else free.size()
+        return NetworkRows(self.trees(), size, float(np.sqrt(omega[0] * omega[-1])))
 
     def with_law(self, law: Law, name: str) -> Any:
         """Return the effect with a law and a name."""

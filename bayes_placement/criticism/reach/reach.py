@@ -1,4 +1,4 @@
-"""What laws at each place of a structure could remove of a misfit, and the best of them."""
+"""What laws at each place, and factors of channels, could remove of a misfit, and the best."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -7,33 +7,41 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from scipy.special import logsumexp
+from scipy.stats import chi2
 
 from ..._types import InputError
+from ...inference.chi2 import LEVEL
+from ...inference.engines.levenberg_marquardt import Fit
 from ...inference.residuals import Problem
 from ...inference.units import three_digits
 from ...positions.reprs import notebook_html
 from ..locations import locations
 from ._as_measured import as_measured
-from ._at_port import ReachOfPort
-from ._free_law import FreeLaw, Points
-from ._named_laws import NamedLaw, simplest
-from ._ports import Port
+from ._at_port import AnyPort, ReachOfPort
+from ._channels import CHANNELS
+from ._free_law import Free, Points
+from ._named_laws import NamedLaw, reached_channels, simplest
 
 PLACES = ("x", "y", "z", "to_x", "to_y", "to_z")
 """Columns of places [m]: where a law acts, and the other end of a strut."""
 
+HALF = 0.5
+"""Share of the misfit below which what removes it explains less than what is left does."""
+
 
 @dataclass(frozen=True, repr=False)
 class Reach:
-    """What laws at each place could remove of the misfit of a model.
+    """What laws at each place, and factors of channels, could remove of the misfit of a model.
 
     Parameters
     ----------
     curves
-        A row for each kind of port and place: `acts_on` (`displacement`, `rotation`, `cut` or
-        `relative`), `setting` in words, `x`, `y`, `z` [m] and the other end of a strut `to_x`,
-        `to_y`, `to_z` [m], NaN where there is none; and two shares of the misfit above noise [1]:
-        what `any_law` there could remove, and what a passive one of `few_numbers` does.
+        A row for each kind of port and place: `acts_on` (`displacement`, `rotation`, `cut`,
+        `relative`, `channel` or `all_channels`), `setting` in words, `x`, `y`, `z` [m] and the
+        other end of a strut `to_x`, `to_y`, `to_z` [m], NaN where there is none; and two shares of
+        the misfit above noise [1]: what `any_law` there could remove, and what a passive one of
+        `few_numbers` does. Of channels the law is a factor on their FRFs. Any factor on a sensor
+        with one actuator removes all misfit of that sensor: there `few_numbers` decides.
     laws
         A row for the best laws, fitted in full with their places: `acts_on`, `setting` and place as
         above, the `law`, `few_numbers` [1], `chi2_per_datum`, and `probability` [1] among them.
@@ -41,6 +49,8 @@ class Reach:
         Of the model as given.
     measured
         The law as measured at each kind of port, see `law_as_measured`.
+    fails
+        Whether the model as given misses the data by more than noise.
 
     Examples
     --------
@@ -53,14 +63,14 @@ class Reach:
     laws: pd.DataFrame
     chi2_per_datum: float
     measured: Mapping[str, pd.DataFrame] = field(repr=False)
+    fails: bool
 
     def kinds(self) -> pd.DataFrame:
         """Best law of each kind of port, and the probability of the kind; the greatest first."""
         shares = self.laws.groupby("acts_on")["probability"].sum()
-        best = self.laws.drop_duplicates("acts_on").set_index("acts_on")
-        table = best.assign(
-            probability=shares, any_law=self.curves.groupby("acts_on")["any_law"].max()
-        )
+        most = self.curves.groupby(["acts_on", "setting"])["any_law"].max().rename("any_law")
+        best = self.laws.drop_duplicates("acts_on").join(most, on=["acts_on", "setting"])
+        table = best.set_index("acts_on").assign(probability=shares)
         # Curves are of places on a grid, the best law of a place of its own.
         table["any_law"] = table[["any_law", "few_numbers"]].max(axis=1)
         return table.sort_values("probability", ascending=False)
@@ -74,7 +84,7 @@ class Reach:
         Parameters
         ----------
         acts_on
-            Kind of port; by default the most probable one.
+            Kind of port, or `channel` or `all_channels`; by default the most probable one.
 
         Returns
         -------
@@ -82,7 +92,7 @@ class Reach:
             A row for each line: `frequency` [Hz]; `real` and `imaginary` part of the dynamic
             stiffness, of a cut of its compliance; their standard deviations `deviation_real` and
             `deviation_imaginary`, and their `covariance`; and the `unit`: N/m, of a rotation
-            N m/rad, of a cut m/N or rad/(N m).
+            N m/rad, of a cut m/N or rad/(N m). Of channels the factor on their FRFs, with unit 1.
 
         Raises
         ------
@@ -123,12 +133,35 @@ class Reach:
         ]
 
     def words(self) -> list[str]:
-        """Where something may act, kind by kind, and how much it would explain."""
+        """Where something may act, kind by kind, and how much it would explain.
+
+        Where nothing of few numbers removes half of the misfit, that is told first.
+        """
+        kinds = self.kinds()
         return [
-            f"{acts_on}{_at(row)}: {row['law'].in_words()} removes {row['few_numbers']:.0%} of the "
-            f"misfit (probability {row['probability']:.2g}), any law up to {row['any_law']:.0%}."
-            for acts_on, row in self.kinds().iterrows()
+            *self._none_explains(kinds),
+            *(
+                f"{_subject(acts_on, row)}: {row['law'].in_words()} removes "
+                f"{row['few_numbers']:.0%} of the misfit (probability {row['probability']:.2g}), "
+                f"any law up to {row['any_law']:.0%}."
+                for acts_on, row in kinds.iterrows()
+            ),
         ]
+
+    def _none_explains(self, kinds: pd.DataFrame) -> list[str]:
+        if not self.fails or kinds["few_numbers"].max() >= HALF:
+            return []
+        few, any_law = kinds.drop(index=[*CHANNELS], errors="ignore")[
+            ["few_numbers", "any_law"]
+        ].max()
+        found = (
+            f"No single attachment explains this, whatever its law: the best place removes "
+            f"{any_law:.0%}."
+            if any_law < HALF
+            else f"No single attachment of few numbers explains this: the best place removes "
+            f"{few:.0%}, any law up to {any_law:.0%}."
+        )
+        return [f"{found} Look at supports and dimensions."]
 
     def __repr__(self) -> str:
         return f"Reach: reduced chi-square {three_digits(self.chi2_per_datum)}; {self.words()[0]}"
@@ -140,7 +173,8 @@ class Reach:
 def only_port(reach: Reach | None, acts_on: Sequence[str]) -> str | None:
     """Kind of port of one claimed effect, whose law was read; None of none, or of several.
 
-    With several the law that is read on the model as given takes up what the others do.
+    With several the law that is read on the model as given takes up what the others do. The factor
+    of a channel is that of the most probable one, which need not be that of the effect.
 
     Parameters
     ----------
@@ -149,45 +183,48 @@ def only_port(reach: Reach | None, acts_on: Sequence[str]) -> str | None:
     acts_on
         What each claimed effect acts on.
     """
-    is_read = reach is not None and len(acts_on) == 1 and acts_on[0] in reach.measured
-    return acts_on[0] if is_read else None
+    if reach is None or len(acts_on) != 1 or acts_on[0] in CHANNELS:
+        return None
+    return acts_on[0] if acts_on[0] in reach.measured else None
 
 
 def reach_of(
-    problem: Problem, squares: float, ports: Sequence[ReachOfPort], laws: Sequence[NamedLaw]
+    problem: Problem, fit: Fit, ports: Sequence[ReachOfPort], laws: Sequence[NamedLaw]
 ) -> Reach:
-    """Lay out what laws at ports can do.
+    """Lay out what laws at ports can do, and what factors on channels do.
 
     Parameters
     ----------
     problem
         The problem of the model.
-    squares
-        Sum of squares of its fit.
+    fit
+        Its fit.
     ports
         What laws can do at each kind of port.
     laws
         The best of them, fitted in full.
     """
-    curves = pd.concat([_curve(port, squares) for port in ports])
-    of_port = {id(reached.port): reached for reached in ports}
-    told = sorted(simplest(laws), key=lambda law: law.log_odds, reverse=True)
+    channels, filters = reached_channels(problem, fit.point)
+    squares, reaches = fit.squares, [*ports, *channels]
+    curves = pd.concat([_curve(reached, squares) for reached in reaches])
+    of_port = {id(reached.port): reached for reached in reaches}
+    told = sorted(simplest([*laws, *filters]), key=lambda law: law.log_odds, reverse=True)
     table = pd.DataFrame([_law(law, of_port[id(law.port)], squares) for law in told])
     odds = np.array([law.log_odds for law in told])
     table["probability"] = np.exp(odds - logsumexp(odds))
     best = {law.port.acts_on: law for law in reversed(told)}
     measured = {
-        kind: as_measured(best[kind], of_port[id(best[kind].port)].free.problem)
+        kind: as_measured(best[kind], of_port[id(best[kind].port)].free.released())
         for kind in dict.fromkeys(curves["acts_on"])
     }
-    return Reach(curves.reset_index(drop=True), table, squares / problem.count, measured)
+    fails = bool(chi2.sf(squares, problem.count) < LEVEL)
+    return Reach(curves.reset_index(drop=True), table, squares / problem.count, measured, fails)
 
 
 def _curve(reached: ReachOfPort, squares: float) -> pd.DataFrame:
-    """NetworkRows of one kind of port on one piece."""
-    lines = reached.free.problem.data.z.shape[-1]
+    """Rows of one kind of port on one piece."""
     # A free law takes two numbers at each line, whatever they explain.
-    by_any = _share(reached.squares + 2 * lines, squares, reached.free)
+    by_any = _share(reached.squares + 2 * reached.free.lines(), squares, reached.free)
     by_few = _share(reached.squares_of_law, squares, reached.free)
     where = _where(reached.port, reached.free, reached.points)
     return where.assign(any_law=by_any, few_numbers=by_few)
@@ -203,24 +240,23 @@ def _law(law: NamedLaw, reached: ReachOfPort, squares: float) -> dict[str, Any]:
     }
 
 
-def _share(left: Any, squares: float, free: FreeLaw) -> Any:
+def _share(left: Any, squares: float, free: Free) -> Any:
     """Share of the misfit above noise that is removed; zero where there is none."""
     above = squares - free.problem.count
     return np.clip((squares - left) / above, 0.0, 1.0) if above > 0 else 0.0 * left
 
 
-def _where(port: Port, free: FreeLaw, points: Points) -> pd.DataFrame:
+def _where(port: AnyPort, free: Free, points: Points) -> pd.DataFrame:
     """Kind, setting and places of a port at points."""
     experiment = free.problem.experiment
-    effect: Any = next(each for each in experiment.effects if each.name == port.effect.name)
+    effect = port.effect_in(experiment)
     values = free.problem.coordinates.named(points)
     ends = [
         locations(effect, experiment, values, len(points), field) for field in effect.place_fields
     ]
     unused = [np.full((len(points), 3), np.nan)] * (2 - len(ends))
-    setting = effect.setting(experiment.structure.modes, experiment.instruments)
     table = pd.DataFrame(np.concatenate([*ends, *unused], axis=1), columns=list(PLACES))
-    table.insert(0, "setting", setting)
+    table.insert(0, "setting", port.setting(experiment))
     table.insert(0, "acts_on", port.acts_on)
     return table
 
@@ -230,6 +266,12 @@ def _numbers(row: Any) -> list[list[float]]:
     ends = [[float(row[name]) for name in names] for names in (PLACES[:3], PLACES[3:])]
     known = [[number for number in end if np.isfinite(number)] for end in ends]
     return [end for end in known if end]
+
+
+def _subject(acts_on: Any, row: Any) -> str:
+    """Kind of port and place of a row in words, or its channels."""
+    is_channel = acts_on in CHANNELS
+    return row["setting"].replace("sensor", "channel", 1) if is_channel else f"{acts_on}{_at(row)}"
 
 
 def _at(row: Any) -> str:

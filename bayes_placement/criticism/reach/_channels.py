@@ -1,0 +1,88 @@
+"""Channels whose record may have a factor that is missing: each by itself, and all together."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...effects.low_pass import LowPass
+from ...effects.on_transducer import channels
+from ...experiment.experiment import Experiment
+from ...inference.residuals import Problem
+from ._filters import FilterRows
+from ._free_factor import FreeFactor
+
+CHANNELS = ("channel", "all_channels")
+"""What a factor acts on, as results say it."""
+
+SIDES = ("sensor", "actuator")
+
+
+class ChannelPort(NamedTuple):
+    """What a port is for a law, for a factor: some channels.
+
+    Parameters
+    ----------
+    acts_on
+        `channel` or `all_channels`.
+    effect
+        A filter there that does nothing: it says which channels.
+    """
+
+    acts_on: str
+    effect: Any
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether laws are inserted."""
+        return False
+
+    @property
+    def unit(self) -> str:
+        """Unit of a factor."""
+        return "1"
+
+    def effect_in(self, experiment: Experiment) -> Any:
+        """Return the effect that says where it is."""
+        return self.effect.numbered(experiment.instruments)
+
+    def setting(self, experiment: Experiment) -> str:
+        """Name of the channel."""
+        if self.acts_on == "all_channels":
+            return "all channels"
+        effect = self.effect_in(experiment)
+        return str(effect.setting(experiment.structure.modes, experiment.instruments))
+
+    def rows(self, free: FreeFactor, omega: Any) -> FilterRows:
+        """Filters that may be there."""
+        return FilterRows(omega, self.effect.side == "actuator")
+
+
+def channels_of(experiment: Experiment) -> list[ChannelPort]:
+    """Each channel of a side that has several, and all FRFs."""
+    instruments = experiment.instruments
+    each = [
+        (name, side, direction)
+        for side in SIDES
+        for name, direction in channels(instruments, side)
+        if len(instruments.channels(side)) > 1
+    ]
+    ports = [ChannelPort("channel", _nothing(*channel)) for channel in each]
+    return [*ports, ChannelPort("all_channels", _nothing(None, "sensor", None))]
+
+
+def free_factor(port: ChannelPort, problem: Problem) -> FreeFactor:
+    """The factor on its channels, free at each line.
+
+    Parameters
+    ----------
+    port
+        The channels.
+    problem
+        The problem of the model.
+    """
+    effect: Any = port.effect_in(problem.experiment)
+    return FreeFactor(problem, np.asarray(effect.affected(problem.experiment.instruments)))
+
+
+def _nothing(transducer: str | None, side: str, direction: int | None) -> LowPass:
+    return LowPass(transducer, np.inf, side=side, direction=direction)

@@ -1,0 +1,193 @@
+"""What a channel may have done to its record, told by name and few numbers.
+
+A filter is one part, or a part and a gain. On a force FRFs have the inverse of what filters its
+record; gains, signs and delays are those of the FRFs on either side, as of the effects of the
+library.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Complex, Float, Int
+
+from ...effects.low_pass import loss_of_order
+from ...effects.mount_resonance import excess
+from ...inference.engines.least_squares import STEP
+from ...laws.catalogue import leaves
+from ...laws.law import Tree
+from ...laws.rows import ELEMENTS_OF_ROW, NUMBERS
+
+DAMPING_RATIO = 0.03
+"""Median of the damping ratio of a mount."""
+
+
+class Part(NamedTuple):
+    """One part of a filter.
+
+    Parameters
+    ----------
+    factor
+        Factor at angular frequencies [rad/s], of its numbers.
+    numbers
+        Its numbers from two standard normal coordinates and the ends of the band [Hz].
+    words
+        The part in words.
+    filters
+        Whether it filters the record, so that FRFs of a force have its inverse.
+    """
+
+    factor: Callable[..., Any]
+    numbers: Callable[[Any, Any, tuple[float, float]], tuple[Any, ...]]
+    words: str
+    filters: bool = True
+
+
+def _ratio(omega: Any, frequency: Any) -> Any:
+    return omega / (2 * np.pi * frequency)
+
+
+def _nothing(size: Any, other: Any, band: tuple[float, float]) -> tuple[()]:
+    return ()
+
+
+def _at_the_top(size: Any, other: Any, band: tuple[float, float]) -> tuple[Any]:
+    """A corner [Hz] within a decade or two of the last line."""
+    return (band[1] * 10**size,)
+
+
+PARTS: Mapping[str, Part] = {
+    "gain": Part(
+        lambda omega, gain: gain + 0j * omega,
+        lambda size, other, band: (10**size,),
+        "gain of {:.3g}",
+        filters=False,
+    ),
+    "reversed": Part(lambda omega: -1.0 + 0j * omega, _nothing, "reversed sign", filters=False),
+    "delay": Part(
+        lambda omega, delay: np.exp(-1j * omega * delay),
+        lambda size, other, band: (size * 0.5 / band[1],),  # half a period of the last line
+        "delay of {:.3g} s",
+        filters=False,
+    ),
+    "low-pass": Part(
+        lambda omega, corner: 1 / loss_of_order(_ratio(omega, corner), 1),
+        _at_the_top,
+        "first-order low-pass at {:.3g} Hz",
+    ),
+    "high-pass": Part(
+        lambda omega, corner: 1 / loss_of_order(-1 / _ratio(omega, corner), 1),
+        lambda size, other, band: (band[0] * 10**size,),
+        "first-order high-pass at {:.3g} Hz",
+    ),
+    "low-pass-2": Part(
+        lambda omega, corner: 1 / loss_of_order(_ratio(omega, corner), 2),
+        _at_the_top,
+        "second-order low-pass at {:.3g} Hz",
+    ),
+    "mount": Part(
+        lambda omega, corner, ratio: 1 + excess(_ratio(omega, corner), ratio),
+        lambda size, other, band: (band[1] * 10**size, DAMPING_RATIO * 10**other),
+        "resonance of a mount at {:.3g} Hz",
+    ),
+    "differentiated": Part(lambda omega: 1j * omega, _nothing, "differentiated once"),
+    "integrated": Part(lambda omega: 1 / (1j * omega), _nothing, "integrated once"),
+}
+"""Parts by their names; a gain, a corner and a damping ratio have a deviation of a decade."""
+
+FILTERS: Sequence[Tree] = (*PARTS, *(["*", "gain", part] for part in PARTS if part != "gain"))
+"""Filters that are tried: one part, alone or with a gain."""
+
+
+@dataclass(frozen=True)
+class ChannelFilter:
+    """A filter in a channel: the factor on its FRFs.
+
+    Parameters
+    ----------
+    parts
+        Numbers of each part, by its name.
+    of_force
+        Whether it is in the channel of an actuator.
+    """
+
+    parts: Mapping[str, tuple[Any, ...]]
+    of_force: bool = False
+
+    def factor(self, omega: Any) -> Any:
+        """Factor on FRFs at angular frequencies [rad/s]."""
+        return math.prod(
+            PARTS[name].factor(omega, *numbers) ** (-1 if self._inverts(name) else 1)
+            for name, numbers in self.parts.items()
+        )
+
+    def _inverts(self, name: str) -> bool:
+        return self.of_force and PARTS[name].filters
+
+    def tree(self) -> Tree:
+        """Name of its only part, or a group of names."""
+        names = [*self.parts]
+        return names[0] if len(names) == 1 else ["*", *names]
+
+    def in_words(self) -> str:
+        """Its parts with their numbers."""
+        words = (PARTS[name].words.format(*numbers) for name, numbers in self.parts.items())
+        return " and ".join(words)
+
+    def __repr__(self) -> str:
+        return self.in_words()
+
+
+class FilterRows:
+    """Filters as arrays, with priors about the band: what `NetworkRows` is for a port.
+
+    Parameters
+    ----------
+    omega
+        Angular frequencies of the experiment [rad/s].
+    of_force
+        Whether they are in the channel of an actuator.
+    """
+
+    def __init__(self, omega: Float[np.ndarray, "frequency"], of_force: bool):
+        self.trees = list(FILTERS)
+        self.of_force = of_force
+        self._band = float(omega[0] / (2 * np.pi)), float(omega[-1] / (2 * np.pi))
+
+    def at_lines(
+        self, which: Int[np.ndarray, "row"], points: Float[np.ndarray, "row coordinate"], omega: Any
+    ) -> tuple[
+        Complex[np.ndarray, "row frequency"], Complex[np.ndarray, "row coordinate frequency"]
+    ]:
+        """Change of the factor from 1 of each row, and its slopes along their coordinates.
+
+        Parameters
+        ----------
+        which
+            Filter of each row.
+        points
+            Coordinates of each row.
+        omega
+            Angular frequencies [rad/s].
+        """
+        values = self._changes(which, points, omega)
+        moved = [self._changes(which, points + STEP * unit, omega) for unit in np.eye(NUMBERS)]
+        return values, np.stack([(each - values) / STEP for each in moved], axis=1)
+
+    def _changes(self, which: Any, points: Any, omega: Any) -> Any:
+        changes = np.empty((len(points), len(omega)), complex)
+        for number in np.unique(which):
+            rows = which == number
+            coordinates = points[rows].T[..., None]
+            changes[rows] = self.law(int(number), coordinates).factor(omega) - 1
+        return changes
+
+    def law(self, number: int, point: Any) -> ChannelFilter:
+        """Filter at coordinates."""
+        parts = {
+            name: PARTS[name].numbers(point[place], point[ELEMENTS_OF_ROW + place], self._band)
+            for place, name in enumerate(leaves(self.trees[number]))
+        }
+        return ChannelFilter(parts, self.of_force)

@@ -1,0 +1,65 @@
+"""A factor on channels that is free at each line: what anything done to their record could do.
+
+Residuals of a factor 1 + t are r + a t at each line, as those of a law on a port: a is what they
+change by once the response of these channels is doubled. Where each line has one such channel, t
+explains all that it measured: then only a factor of few numbers tells something.
+"""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from ...inference.residuals import Problem
+from ._free_law import Along, AtPort, Channels, Lines, Points, complex_residuals, lines_of
+
+
+class FreeFactor:
+    """An experiment in which a factor on some channels may be any.
+
+    Parameters
+    ----------
+    problem
+        The problem of the experiment.
+    affected
+        1 on the FRFs that have the factor, 0 on all others.
+    """
+
+    def __init__(self, problem: Problem, affected: Float[np.ndarray, "#sensor #actuator 1"]):
+        self.problem, self.held = problem, list[int]()
+        shape = problem.data.z.shape[:2]
+        self._affected = np.broadcast_to(affected, (*shape, 1)).reshape(-1, 1)
+        # Against data of zero a residual is the response itself.
+        silent = eqx.tree_at(lambda data: data.z, problem.data, jnp.zeros_like(problem.data.z))
+        self._silent = Problem(problem.experiment, silent, sizes=problem.sizes)
+        self._silent.squares.take_structure(problem.squares)
+
+    def at(self, points: Points) -> AtPort:
+        """Residuals, and what a factor changes: it feels no structure, so that h is zero."""
+        free, response = (
+            complex_residuals(each.squares.residuals(points)[0], each)
+            for each in (self.problem, self._silent)
+        )
+        nothing = np.zeros((len(points), free.shape[-1]), complex)
+        return AtPort(free, self._affected * response, nothing)
+
+    def residuals(self, points: Points, numerator: Lines, denominator: Lines) -> Channels:
+        """Residuals with a change t of the factor, numerator over denominator."""
+        return self.at(points).left(numerator / denominator)
+
+    def slopes(self, points: Points, numerator: Lines, denominator: Lines) -> Along:
+        """Slopes of the residuals along all unknowns, the factor held."""
+        free, response = (
+            complex_residuals(each.squares.jacobian(points).slopes, each)
+            for each in (self.problem, self._silent)
+        )
+        strength = (numerator / denominator)[:, None, None]
+        return free + self._affected * response * strength
+
+    def lines(self) -> int:
+        """Number of lines at which the channels were measured."""
+        return lines_of(self.problem, self._affected)
+
+    def released(self) -> "FreeFactor":
+        """Return the same with nothing held."""
+        return self
