@@ -66,7 +66,7 @@ class Asked(NamedTuple):
             Numbers of the lines.
         """
         whole = free.at(points)
-        strength = whole.best()
+        strength = free.typical(whole)
         slopes = free.slopes(points, strength, 1 - whole.receptance * strength)
         each = np.sqrt(strength.shape[1] / len(lines))  # each line counts for several
         at = AtPort(

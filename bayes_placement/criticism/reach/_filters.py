@@ -23,6 +23,9 @@ from ...laws.rows import ELEMENTS_OF_ROW, NUMBERS
 DAMPING_RATIO = 0.03
 """Median of the damping ratio of a mount."""
 
+DECADES_OF_DAMPING = 0.5
+"""Its deviation: from 0.003 to 0.3 for the most part."""
+
 
 class Part(NamedTuple):
     """One part of a filter.
@@ -89,13 +92,16 @@ PARTS: Mapping[str, Part] = {
     ),
     "mount": Part(
         lambda omega, corner, ratio: 1 + excess(_ratio(omega, corner), ratio),
-        lambda size, other, band: (band[1] * 10**size, DAMPING_RATIO * 10**other),
+        lambda size, other, band: (
+            band[1] * 10**size,
+            DAMPING_RATIO * 10 ** (DECADES_OF_DAMPING * other),
+        ),
         "resonance of a mount at {:.3g} Hz",
     ),
     "differentiated": Part(lambda omega: 1j * omega, _nothing, "differentiated once"),
     "integrated": Part(lambda omega: 1 / (1j * omega), _nothing, "integrated once"),
 }
-"""Parts by their names; a gain, a corner and a damping ratio have a deviation of a decade."""
+"""Parts by their names; a gain and a corner have a deviation of a decade."""
 
 FILTERS: Sequence[Tree] = (*PARTS, *(["*", "gain", part] for part in PARTS if part != "gain"))
 """Filters that are tried: one part, alone or with a gain."""

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...inference.residuals import Problem
-from ._free_law import Along, AtPort, Channels, Lines, Points, complex_residuals, lines_of
+from ._free_law import Along, AtPort, Channels, Lines, Points, complex_residuals, lines_of, over
 
 
 class FreeFactor:
@@ -55,6 +55,12 @@ class FreeFactor:
         )
         strength = (numerator / denominator)[:, None, None]
         return free + self._affected * response * strength
+
+    def typical(self, at: AtPort) -> Lines:
+        """A gain: where the response is nearly zero a free factor is large, and slopes with it."""
+        pull, information = (each.sum(axis=1) for each in (at.pull(), at.information()))
+        gain = -over(pull, information)
+        return np.repeat(gain[:, None], at.free.shape[-1], axis=1)
 
     def lines(self) -> int:
         """Number of lines at which the channels were measured."""

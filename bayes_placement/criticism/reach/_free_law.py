@@ -81,6 +81,9 @@ class Free(Protocol):
     def slopes(self, points: Points, numerator: Lines, denominator: Lines) -> Along:
         """Slopes of these along all unknowns, the law held; zero along what is held."""
 
+    def typical(self, at: AtPort) -> Lines:
+        """Strength about which residuals are taken as linear in all else."""
+
     def lines(self) -> int:
         """Number of lines at which it may act on what was measured."""
 
@@ -139,6 +142,10 @@ class FreeLaw:
         slopes = groups.slopes((residual[:, 1:] - residual[:, :1]) / STEP)
         slopes[:, self.held] = 0.0
         return complex_residuals(slopes, self.problem)
+
+    def typical(self, at: AtPort) -> Lines:
+        """The free law."""
+        return at.best()
 
     def lines(self) -> int:
         """Number of lines at which something was measured."""
