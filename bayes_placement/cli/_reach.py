@@ -3,6 +3,7 @@
 from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.ranking import Ranking
 from ..criticism.reach.reach import Reach
+from ..io.laws import SIDES
 from ..plots import reach as plots
 from ._inputs import Inputs
 from ._run import Run
@@ -26,7 +27,8 @@ def write_reach(result: Ledger | Ranking, inputs: Inputs, run: Run) -> None:
     law = reach.law_as_measured(port)
     run.table("reach.csv", reach.curves, index=False)
     run.table("law.csv", law, index=False)
-    run.law("law.unv", law)
+    if law["unit"].iloc[0] in SIDES:  # a factor on channels is no law at a port
+        run.law("law.unv", law)
     figures = {
         "reach.png": plots.curves(reach, experiment=inputs.experiment),
         "law.png": plots.law(reach, acts_on=port),

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from .._types import arguments_checked
+from ..criticism.reach._channels import CHANNELS
 from ..criticism.reach.reach import Reach
 from ..experiment.experiment import Experiment
 from ..laws.tabulated import COMPLIANCES
@@ -39,6 +40,9 @@ STYLES: list[dict[str, Any]] = [
 HEIGHT = 2.4
 """Height of a panel of one kind of port [inch]."""
 
+BAR = 0.22
+"""Height of the bar of a channel, with the gap to the next [inch]."""
+
 SHARE = "misfit removed [%]"
 
 NORMAL_95 = 1.96
@@ -54,6 +58,8 @@ def curves(
 ) -> Figure:
     """Draw what laws at each place could remove of the misfit, one panel for each kind of port.
 
+    The last panel has a bar for each channel and for all, where a law is a factor on their FRFs.
+
     Along a line, a pale curve for any law and a dark one for a law of few numbers: where only the
     pale one is high, a law could do it that no few elements make. A map of both ends for a strut,
     and places in colour for a structure in space. The best law, fitted with its place, is a star.
@@ -65,16 +71,19 @@ def curves(
     experiment
         Experiment whose structure and instruments are drawn; None for places alone.
     axes
-        Axes to draw in, one for each kind of port; None for a new figure.
+        Axes to draw in, one for each kind of port and one for channels; None for a new figure.
 
     Examples
     --------
     >>> bp.plots.reach.curves(bp.reach(experiment, surprise)).axes[0].get_xlabel()
     'place along the structure [m]'
     """
-    kinds = list(reach.kinds().index)
-    layout = panels(len(kinds), 1, axes, size=(PANEL[0], HEIGHT))
-    for panel, kind in zip(layout.axes.flat, kinds, strict=True):
+    kinds = [kind for kind in reach.kinds().index if kind not in CHANNELS]
+    bars = reach.curves[reach.curves["acts_on"].isin(CHANNELS)]
+    heights = [1.0] * len(kinds) + [max(1.0, len(bars) * BAR / HEIGHT)]
+    layout = panels(len(heights), 1, axes, heights=heights, size=(PANEL[0], HEIGHT))
+    *along, last = layout.axes.flat
+    for panel, kind in zip(along, kinds, strict=True):
         curve = reach.curves[reach.curves["acts_on"] == kind]
         best = reach.laws[reach.laws["acts_on"] == kind].iloc[0]
         if curve["z"].notna().any():
@@ -83,9 +92,16 @@ def curves(
             _between(panel, curve, best)
         else:
             _along(panel, curve, best, experiment)
-        probability = reach.kinds()["probability"][kind]
-        panel.set_title(f"{kind}: {best['law'].in_words()} (probability {probability:.2g})")
+        panel.set_title(_title(reach, kind, best))
+    best = reach.laws[reach.laws["acts_on"].isin(CHANNELS)].iloc[0]
+    _bars(last, bars, best)
+    last.set_title(_title(reach, best["setting"], best))
     return layout.with_legend()
+
+
+def _title(reach: Reach, subject: str, best: Any) -> str:
+    probability = reach.kinds()["probability"][best["acts_on"]]
+    return f"{subject}: {best['law'].in_words()} (probability {probability:.2g})"
 
 
 @arguments_checked
@@ -99,14 +115,15 @@ def law(
 
     Magnitude and phase of the dynamic stiffness, of a cut of the compliance, line by line with
     95 % intervals, and the most probable networks of that kind of port. Straight lines are those of
-    one spring, labelled at the right, one dashpot, above, and one mass, below.
+    one spring, labelled at the right, one dashpot, above, and one mass, below. Of channels the
+    factor on their FRFs, and filters through it.
 
     Parameters
     ----------
     reach
         What `bp.reach` returned.
     acts_on
-        Kind of port; by default the most probable one.
+        Kind of port, or `channel` or `all_channels`; by default the most probable one.
     axes
         Axes to draw in, of the magnitude and of the phase; None for a new figure.
 
@@ -118,10 +135,10 @@ def law(
     kind = str(reach.laws["acts_on"].iloc[0]) if acts_on is None else acts_on
     measured = _polar(reach.law_as_measured(kind))
     unit = str(measured["unit"].iloc[0])
-    is_compliance = unit in COMPLIANCES
-    laws = _likely(reach.laws[reach.laws["acts_on"] == kind])
+    of_kind = reach.laws[reach.laws["acts_on"] == kind]
+    laws = _likely(of_kind[of_kind["setting"] == of_kind["setting"].iloc[0]])
     lines = measured["frequency"].to_numpy()
-    curves = [_values(row["law"], lines, is_compliance) for _, row in laws.iterrows()]
+    curves = [_values(row["law"], lines, unit) for _, row in laws.iterrows()]
     layout = panels(2, 1, axes, size=(PANEL[0], LAW_HEIGHT))
     magnitude, phase = layout.axes.flat
     _dots(magnitude, phase, measured, curves[0])
@@ -130,13 +147,15 @@ def law(
         magnitude.plot(lines, np.abs(values), label=label, zorder=3, **style)
         phase.plot(lines, np.degrees(np.angle(values)), zorder=3, **style)
     ends = lines[0] / MARGIN, lines[-1] * MARGIN
-    noun = "compliance" if is_compliance else "dynamic stiffness"
-    magnitude.set(xscale="log", yscale="log", xlim=ends, ylabel=f"{noun} [{unit}]")
-    magnitude.set_ylim(*_range(measured, curves[0]))
+    magnitude.set(xscale="log", xlim=ends, ylabel=f"{_noun(unit)} [{unit}]")
+    if kind in CHANNELS:
+        magnitude.set(ylim=(0.0, ROOM * np.abs(curves[0]).max()), title=laws["setting"].iloc[0])
+    else:
+        magnitude.set(yscale="log", ylim=_range(measured, curves[0]))
+        rule(magnitude, unit, with_masses=kind in ("displacement", "rotation"))
+        phase.yaxis.set_major_locator(MultipleLocator(45))
     magnitude.tick_params(axis="x", which="both", labelbottom=False)
     phase.set(xscale="log", xlim=ends, xlabel="frequency [Hz]", ylabel="phase [degrees]")
-    phase.yaxis.set_major_locator(MultipleLocator(45))
-    rule(magnitude, unit, with_masses=kind in ("displacement", "rotation"))
     return layout.with_legend()
 
 
@@ -180,9 +199,15 @@ def _likely(laws: pd.DataFrame) -> pd.DataFrame:
     return laws[(share > LEAST) | (np.arange(len(laws)) == 0)].head(len(STYLES))
 
 
-def _values(law: Any, lines: np.ndarray, is_compliance: bool) -> np.ndarray:
+def _noun(unit: str) -> str:
+    return "factor" if unit == "1" else "compliance" if unit in COMPLIANCES else "dynamic stiffness"
+
+
+def _values(law: Any, lines: np.ndarray, unit: str) -> np.ndarray:
+    if unit == "1":
+        return np.asarray(law.factor(2 * np.pi * lines))
     stiffness = np.asarray(law.dynamic_stiffness(jnp.asarray(2 * np.pi * lines)))
-    return 1 / stiffness if is_compliance else stiffness
+    return 1 / stiffness if unit in COMPLIANCES else stiffness
 
 
 def _range(measured: pd.DataFrame, law: np.ndarray) -> tuple[float, float]:
@@ -206,6 +231,16 @@ def _along(panel: Axes, curve: pd.DataFrame, best: Any, experiment: Experiment |
             style: Any = {"color": BEFORE, "linestyle": "none", "clip_on": False}
             panel.plot(places, np.zeros(len(places)), marker, **style, label=f"{kind} as recorded")
     panel.set(xlabel="place along the structure [m]", ylabel=SHARE, ylim=(0, 105))
+
+
+def _bars(panel: Axes, curve: pd.DataFrame, best: Any) -> None:
+    names = curve["setting"]
+    panel.barh(names, 100 * curve["any_law"], color=FAINT, label="any law")
+    few = 100 * curve["few_numbers"]
+    panel.barh(names, few, height=0.4, color=AFTER, label="a law of few numbers")
+    panel.plot([100 * best["few_numbers"]], [best["setting"]], **STAR, clip_on=False)
+    panel.invert_yaxis()  # as in the table
+    panel.set(xlabel=SHARE, xlim=(0, 105))
 
 
 def _between(panel: Axes, curve: pd.DataFrame, best: Any) -> None:

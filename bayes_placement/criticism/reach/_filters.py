@@ -65,30 +65,30 @@ PARTS: Mapping[str, Part] = {
     "gain": Part(
         lambda omega, gain: gain + 0j * omega,
         lambda size, other, band: (10**size,),
-        "gain of {:.3g}",
+        "gain of {:g}",
         filters=False,
     ),
     "reversed": Part(lambda omega: -1.0 + 0j * omega, _nothing, "reversed sign", filters=False),
     "delay": Part(
         lambda omega, delay: np.exp(-1j * omega * delay),
         lambda size, other, band: (size * 0.5 / band[1],),  # half a period of the last line
-        "delay of {:.3g} s",
+        "delay of {:g} s",
         filters=False,
     ),
     "low-pass": Part(
         lambda omega, corner: 1 / loss_of_order(_ratio(omega, corner), 1),
         _at_the_top,
-        "first-order low-pass at {:.3g} Hz",
+        "first-order low-pass at {:g} Hz",
     ),
     "high-pass": Part(
         lambda omega, corner: 1 / loss_of_order(-1 / _ratio(omega, corner), 1),
         lambda size, other, band: (band[0] * 10**size,),
-        "first-order high-pass at {:.3g} Hz",
+        "first-order high-pass at {:g} Hz",
     ),
     "low-pass-2": Part(
         lambda omega, corner: 1 / loss_of_order(_ratio(omega, corner), 2),
         _at_the_top,
-        "second-order low-pass at {:.3g} Hz",
+        "second-order low-pass at {:g} Hz",
     ),
     "mount": Part(
         lambda omega, corner, ratio: 1 + excess(_ratio(omega, corner), ratio),
@@ -96,7 +96,7 @@ PARTS: Mapping[str, Part] = {
             band[1] * 10**size,
             DAMPING_RATIO * 10 ** (DECADES_OF_DAMPING * other),
         ),
-        "resonance of a mount at {:.3g} Hz",
+        "resonance of a mount at {:g} Hz",
     ),
     "differentiated": Part(lambda omega: 1j * omega, _nothing, "differentiated once"),
     "integrated": Part(lambda omega: 1 / (1j * omega), _nothing, "integrated once"),
@@ -139,8 +139,10 @@ class ChannelFilter:
 
     def in_words(self) -> str:
         """Its parts with their numbers."""
-        words = (PARTS[name].words.format(*numbers) for name, numbers in self.parts.items())
-        return " and ".join(words)
+        return " and ".join(
+            PARTS[name].words.format(*(float(f"{number:.3g}") for number in numbers))
+            for name, numbers in self.parts.items()
+        )
 
     def __repr__(self) -> str:
         return self.in_words()

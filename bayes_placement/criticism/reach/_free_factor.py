@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...inference.residuals import Problem
-from ._free_law import Along, AtPort, Channels, Lines, Points, complex_residuals, lines_of, over
+from ._free_law import Along, AtPort, Channels, Lines, Points, complex_residuals, over
 
 
 class FreeFactor:
@@ -61,10 +61,6 @@ class FreeFactor:
         pull, information = (each.sum(axis=1) for each in (at.pull(), at.information()))
         gain = -over(pull, information)
         return np.repeat(gain[:, None], at.free.shape[-1], axis=1)
-
-    def lines(self) -> int:
-        """Number of lines at which the channels were measured."""
-        return lines_of(self.problem, self._affected)
 
     def released(self) -> "FreeFactor":
         """Return the same with nothing held."""

@@ -84,9 +84,6 @@ class Free(Protocol):
     def typical(self, at: AtPort) -> Lines:
         """Strength about which residuals are taken as linear in all else."""
 
-    def lines(self) -> int:
-        """Number of lines at which it may act on what was measured."""
-
     def released(self) -> "Free":
         """Return the same with nothing held."""
 
@@ -147,10 +144,6 @@ class FreeLaw:
         """The free law."""
         return at.best()
 
-    def lines(self) -> int:
-        """Number of lines at which something was measured."""
-        return lines_of(self.problem, 1)
-
     def released(self) -> "FreeLaw":
         """Return the same with nothing held."""
         return FreeLaw(self.problem)
@@ -196,13 +189,6 @@ def complex_residuals(residual: np.ndarray, problem: Problem) -> Any:
     """Complex residuals [..., channel, frequency] from those of both parts."""
     parts = residual.reshape(*residual.shape[:-1], -1, 2, problem.data.z.shape[-1])
     return parts[..., 0, :] + 1j * parts[..., 1, :]
-
-
-def lines_of(problem: Problem, affected: Any) -> int:
-    """Number of lines at which some of the affected channels [channel, 1] were measured."""
-    measured = np.asarray(problem.data.measured)
-    by_channel = measured.reshape(-1, 2, measured.shape[-1])[:, 0] * affected
-    return int(np.count_nonzero(by_channel.any(axis=0)))
 
 
 def products(slopes: Along, residual: Channels) -> tuple[np.ndarray, np.ndarray]:

@@ -114,6 +114,7 @@ class Reach:
             {
                 "acts_on": acts_on,
                 "best": {
+                    "setting": str(row["setting"]),
                     "place_m": _numbers(row),
                     "law": repr(row["law"]),
                     "law_tree": row["law"].tree(),
@@ -122,6 +123,7 @@ class Reach:
                 },
                 "curve": [
                     {
+                        "setting": str(place["setting"]),
                         "place_m": _numbers(place),
                         "any_law": float(place["any_law"]),
                         "few_numbers": float(place["few_numbers"]),
@@ -223,8 +225,9 @@ def reach_of(
 
 def _curve(reached: ReachOfPort, squares: float) -> pd.DataFrame:
     """Rows of one kind of port on one piece."""
+    lines = reached.free.problem.data.z.shape[-1]
     # A free law takes two numbers at each line, whatever they explain.
-    by_any = _share(reached.squares + 2 * reached.free.lines(), squares, reached.free)
+    by_any = _share(reached.squares + 2 * lines, squares, reached.free)
     by_few = _share(reached.squares_of_law, squares, reached.free)
     where = _where(reached.port, reached.free, reached.points)
     return where.assign(any_law=by_any, few_numbers=by_few)

@@ -12,10 +12,12 @@ LOSS = 0.01
 SENSORS = {"s1": (0.13, 0.1325), "s2": (0.35, 0.345), "s3": (0.45, 0.4525)}
 """Recorded and true place [m]."""
 DRIVEN = (0.22, 0.225)
+FURTHER = (0.52, 0.5175)
+"""Of a second actuator."""
 AT = 0.28
 
 
-def experiment(observe=None):
+def experiment(observe=None, driven=(DRIVEN,)):
     modes = bp.beams.beam(
         12,
         length=fine_beams.LENGTH,
@@ -31,17 +33,21 @@ def experiment(observe=None):
             bp.Sensor(name, at=bp.positions.Segment(recorded, within=0.01))
             for name, (recorded, _) in SENSORS.items()
         ],
-        actuators=[bp.Actuator("a1", at=bp.positions.Segment(DRIVEN[0], within=0.01))],
+        actuators=[
+            bp.Actuator(f"a{number}", at=bp.positions.Segment(recorded, within=0.01))
+            for number, (recorded, _) in enumerate(driven, 1)
+        ],
         frequency=LINES,
         observe=observe or bp.observe.Complex("acceleration"),
         noise=bp.noise.FromCoherence(),
     )
 
 
-def measured(law=None, slope=False, seed=0, others=()):
+def measured(law=None, slope=False, seed=0, others=(), driven=(DRIVEN,), factor=1.0):
     """FRFs with a law [N/m] on the deflection, or on the slope [N m/rad], noise of 1 %.
 
-    Others are laws on the deflection at places of their own.
+    Others are laws on the deflection at places of their own. A factor is on the record [sensor,
+    actuator, frequency].
     """
     omega = 2 * np.pi * LINES
     stiffness, _ = fine_beams.matrices()
@@ -54,10 +60,11 @@ def measured(law=None, slope=False, seed=0, others=()):
             hidden = hidden + other(w) * np.outer(row, row)
         return 1j * LOSS * stiffness + hidden
 
-    places = [true for _, true in SENSORS.values()] + [DRIVEN[1]]
-    exact = fine_beams.receptance(places, omega, added)[:-1, -1:] * -(omega**2)
-    taken = record(exact, LINES, np.random.default_rng(seed))
-    setup = experiment()
+    places = [true for _, true in [*SENSORS.values(), *driven]]
+    rows, columns = slice(len(SENSORS)), slice(len(SENSORS), None)
+    exact = fine_beams.receptance(places, omega, added)[rows, columns] * -(omega**2)
+    taken = record(exact * factor, LINES, np.random.default_rng(seed))
+    setup = experiment(driven=driven)
     return bp.Measurement.from_arrays(
         taken.frf,
         LINES,

@@ -119,7 +119,7 @@ def deviations(kind):
         frf = frf + NOISE * (random.standard_normal((*frf.shape, 2)) @ [1, 1j])
         named, problem = fitted(kind, true, frf)
         assert named.fit.squares < problem.count + 5 * np.sqrt(2 * problem.count), true
-        table = as_measured(named, problem)
+        table = as_measured(named, FreeLaw(problem))
         rows.append(
             [
                 (table[part] - of_law) / table[f"deviation_{part}"]
