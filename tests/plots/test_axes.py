@@ -37,7 +37,7 @@ PANELS = {
     posterior.methods: (1, lambda: ({"one": posteriors.result()},)),
     misfit.residual_map: (2, lambda: (misfits.misfit(levels=2),)),
     misfit.discrepancy: (2, lambda: (misfits.misfit(),)),
-    reach.curves: (3, lambda: (public_calls.reached(),)),
+    reach.curves: (4, lambda: (public_calls.reached(),)),
     reach.law: (2, lambda: (public_calls.reached(),)),
     ledger.suspicion: (2, lambda: (ledgers.ranking(),)),
     ledger.before_and_after: (4, lambda: (ledgers.fits(),)),

@@ -76,6 +76,8 @@ def test_the_quantity_of_a_kind_of_port_is_told_by_its_unit():
         "relative": "N/m",
         "rotation": "N m/rad",
         "cut": "rad/(N m)",
+        "channel": "1",
+        "all_channels": "1",
     }
 
 
