@@ -4,15 +4,20 @@ import functools
 import json
 import re
 from dataclasses import replace
+from unittest.mock import Mock
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 import bayes_placement as bp
+from bayes_placement.cli._inputs import Inputs
+from bayes_placement.cli._reach import write_reach
+from bayes_placement.cli._run import Run
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.criticism.missing._networks import with_networks
 from bayes_placement.criticism.missing._posterior_odds import Comparison
+from bayes_placement.criticism.missing.ledger import Ledger
 from bayes_placement.criticism.reach._asked import OF_ROW, Asked, LawsAsked
 from bayes_placement.criticism.reach._channels import channels_of, free_factor
 from bayes_placement.criticism.reach._filters import FILTERS, PARTS, ChannelFilter, FilterRows
@@ -285,3 +290,12 @@ def test_figures_have_bars_for_channels_and_the_factor():
     assert magnitude.get_ylabel() == "factor [1]" and magnitude.get_yscale() == "linear"
     *_, law = phase.lines
     assert np.allclose(law.get_ydata(), np.degrees(np.angle(LATE)), atol=1.0)
+
+
+@pytest.mark.parametrize(("name", "is_written"), [("one", False), ("mass", True)])
+def test_a_factor_is_no_universal_file_of_a_law(name, is_written):
+    ledger = Mock(spec=Ledger, reach=reached(name), port=None)
+    run, inputs = Mock(spec=Run), Mock(spec=Inputs, experiment=experiment())
+    write_reach(ledger, inputs, run)
+    assert run.law.called == is_written
+    assert [call.args[0] for call in run.table.call_args_list] == ["reach.csv", "law.csv"]
