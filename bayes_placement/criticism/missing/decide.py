@@ -7,6 +7,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from ..._types import InputError, arguments_checked
+from ...positions.reprs import with_short_repr
 from ._weighed import Weighed, numbered_kind
 from .table import AS_STATED, Policy, Row, TableOfFits
 
@@ -40,6 +41,7 @@ class Doubt(NamedTuple):
         return float(factor / (1 + factor))
 
 
+@with_short_repr
 class Decision(NamedTuple):
     """What is claimed.
 

@@ -10,12 +10,14 @@ from scipy.stats import binom, chi2, norm
 
 from ..._types import InputError, check_positive
 from ...inference.chi2 import LEVEL
+from ...positions.reprs import with_short_repr
 from ..check._edges import PILED
 from ._outliers import OUTLIERS
 
 NAN = float("nan")
 
 
+@with_short_repr
 @dataclass(frozen=True)
 class Policy:
     """Every threshold and prior probability by which `decide` decides.
@@ -210,6 +212,7 @@ def gain_of_smooth_misfit(ratio: float, certainty: float, largest: float) -> flo
     return float(0.5 * ((1 - below) * certainty) ** 2 + np.log(share))
 
 
+@with_short_repr
 class TableOfFits(NamedTuple):
     """Rows of all fitted hypotheses, one of them without effects.
 
