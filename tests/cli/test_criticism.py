@@ -232,6 +232,8 @@ def test_improve_writes_the_ledger(hidden):
         "probabilities",
         "confounded",
         "cautions",
+        "policy",
+        "table",
         "unexplained",
         "wall_seconds",
         "record",

@@ -216,9 +216,9 @@ def sampled_finalists(comparison: Comparison, hypotheses: Sequence[Hypothesis]) 
     return {number: posterior for number, posterior in sampled.items() if posterior is not None}
 
 
-def not_sampled(hypothesis: Hypothesis, sampled: SampledPosterior | None) -> tuple[str, ...]:
+def not_sampled(hypothesis: Hypothesis, sampled: Sampled) -> tuple[str, ...]:
     """Say so where draws about the mode of a model that passes its check could not be trusted."""
-    if sampled is not None or hypothesis.has_errors or p_value(hypothesis) < LEVEL:
+    if id(hypothesis) in sampled or hypothesis.has_errors or p_value(hypothesis) < LEVEL:
         return ()
     return (
         "Intervals are those of a Gaussian about the best fit, although the posterior is none: "

@@ -190,7 +190,6 @@ class _Search(NamedTuple):
         progress(0.9)
         best = answer.claimed(decide(answer.table(policy), policy))[-1]
         sampled = sampled_finalists(comparison, [best])
-        drawn = sampled.get(id(best))
         progress(0.97)
         rows = answer.table(policy, sampled)
         decision = decide(rows, policy)
@@ -208,7 +207,7 @@ class _Search(NamedTuple):
             compared=_compared(comparison),
             suspicion=suspicion(null, comparison.candidates),
             alternatives=alternatives(comparison, comparison.distinct(), sampled),
-            cautions=(*cautions(best, drawn), *not_sampled(best, drawn)),
+            cautions=(*cautions(best, sampled.get(id(best))), *not_sampled(best, sampled)),
             baseline=None if before is None else fitted_model(before, {}),
             record=record(self.experiment, [measurement, baseline]),
             effects=claims(comparison, best, steps[-1], stands, decision.probabilities[NONE]),

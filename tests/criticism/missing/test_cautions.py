@@ -36,10 +36,11 @@ def test_a_prior_that_excludes_the_truth_is_named_with_its_edge(fitted):
 
 
 def test_intervals_of_a_gaussian_are_told_where_the_posterior_was_to_be_sampled(fitted):
-    (sentence,) = not_sampled(fitted, None)
+    (sentence,) = not_sampled(fitted, {})
     assert sentence.startswith("Intervals are those of a Gaussian")
-    assert not_sampled(fitted, SampledPosterior(np.zeros((1, 1)), 0.0, 0.0)) == ()
-    assert not_sampled(replace(fitted, has_errors=True), None) == ()
+    drawn = SampledPosterior(np.zeros((1, 1)), 0.0, 0.0)
+    assert not_sampled(fitted, {id(fitted): drawn}) == ()
+    assert not_sampled(replace(fitted, has_errors=True), {}) == ()
 
 
 def test_a_fit_that_a_single_start_reached_is_doubted(fitted):

@@ -56,34 +56,34 @@ def measured(hidden):
 @pytest.mark.parametrize(
     ("hidden", "words"),
     [
-        (effects.reversed_channel("h3"), "reversed_channel (actuator h3, prob"),
+        (effects.reversed_channel("h3"), "reversed_channel, actuator h3 (prob"),
         (
             effects.gain_error("h2", 8.81),
-            "gain_error (actuator h2, a factor of 9.81, as of m/s² for g, prob",
+            "gain_error, actuator h2, 880.7 %, a factor of 9.81, as of m/s² for g (prob",
         ),
         pytest.param(
             effects.gain_error("h4", 999.0),
-            "gain_error (actuator h4, a factor of 1000,",
+            "a factor of 1000,",
             marks=pytest.mark.long,
         ),
         pytest.param(
             effects.channel_delay("h1", 1e-4),
-            "channel_delay (actuator h1, prob",
+            "channel_delay, actuator h1",
             marks=pytest.mark.long,
         ),
         pytest.param(
             effects.misplaced_actuator("h2", 0.06),
-            "misplaced_actuator (actuator h2, prob",
+            "misplaced_actuator, actuator h2",
             marks=pytest.mark.long,
         ),
         pytest.param(
             effects.swapped_actuators("h1", "h4"),
-            "swapped_actuators (actuators h1 and h4, prob",
+            "swapped_actuators, actuators h1 and h4",
             marks=pytest.mark.long,
         ),
         pytest.param(
             effects.frequency_drift("h4", -0.008),
-            "frequency_drift (actuator h4, prob",
+            "frequency_drift, actuator h4",
             marks=pytest.mark.long,
         ),
     ],

@@ -64,7 +64,7 @@ def test_where_a_model_error_explains_all_the_exact_model_fails_first(delays):
 def test_reach_is_told_before_what_was_nearest(delays):
     ledger = searched(dataclasses.replace(delays, networks=True), model_error=None)
     nothing = dataclasses.replace(ledger, verdict=(), unexplained=True, steps=ledger.steps[:1])
-    reach = r"Reach: displacement at 31\d mm: spring - mass removes 100% of the misfit"
+    reach = r"Reach: displacement at 31\d mm: mass removes 100% of the misfit"
     assert re.match(rf"{FAILS}\. {reach}", nothing.sentence())
 
 
@@ -147,7 +147,9 @@ def test_unknown_noise_that_is_smooth_belongs_to_none_of_these(hidden, is_one):
     assert share > 0.99 if is_one else share < Policy().prior_of_none / 10
 
 
-@pytest.mark.parametrize(("ratio", "certainty"), [(0.3, 12.0), (0.7, 20.0), (0.9, 40.0), (1.1, 9)])
+@pytest.mark.parametrize(
+    ("ratio", "certainty"), [(0.3, 12.0), (0.7, 20.0), (0.9, 40.0), (1.1, 9.0)]
+)
 def test_the_gain_of_a_smooth_misfit_is_that_of_its_integral(ratio, certainty):
     largest = Policy().largest_factor
     log_factor = np.linspace(0.0, np.log(largest), 200_001)
