@@ -68,6 +68,7 @@ def write_law(path: str | Path, table: pd.DataFrame) -> None:
 
     Examples
     --------
+    >>> import pandas as pd
     >>> table = pd.DataFrame({"frequency": [5.0, 9.0], "real": [1e4, 2e4], "imaginary": 50.0})
     >>> bp.io.laws.write_law("law.unv", table.assign(unit="N/m"))
     >>> bp.io.laws.read_law("law.unv").stiffness
@@ -119,6 +120,7 @@ def read_law(path: str | Path) -> Tabulated:
 
     Examples
     --------
+    >>> import pandas as pd
     >>> table = pd.DataFrame({"frequency": [5.0, 9.0], "real": [1e4, 2e4], "imaginary": 50.0})
     >>> table.to_csv("law.csv", index=False)
     >>> pad = bp.io.laws.read_law("law.csv")

@@ -345,7 +345,9 @@ def test_seen_from_the_other_end_nothing_changes(names):
     names = tuple(name for name in names if name != "dimension_error")
     ends = {"left": "right", "right": "left"}
     mirrored = [
-        dataclasses.replace(effect, end=ends[effect.end]) if "end" in effect.__dict__ else effect
+        dataclasses.replace(effect, end=ends[effect.end])
+        if effect.__dict__.get("end") in ends
+        else effect
         for effect in group(names, LENGTH - AT)
     ]
     mirrored = [

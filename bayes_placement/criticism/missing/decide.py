@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import ndtr
+from scipy.stats import wilcoxon
 
 from ..._types import InputError, arguments_checked
 from ...positions.reprs import with_short_repr
@@ -192,10 +193,16 @@ def stands_out(weighed: Weighed, number: int) -> bool:
 def predicts_better(row: Row, before: Row, policy: Policy) -> bool:
     """Whether a row predicts held-out lines better than that of fewer effects.
 
-    By more than twice the standard error: a gain of one block alone may be of its errors.
+    By more than twice the standard error, since a gain of one block alone may be of its errors; or
+    by Wilcoxon's signed ranks at the same level, since an effect that shows in a few blocks gains
+    so much there that the error is large as well.
     """
     gain, error = gain_held_out(row, before)
-    return gain > policy.held_out_errors * error
+    if not error > 0:
+        return gain > 0
+    by_ranks = wilcoxon(np.subtract(row.held_out, before.held_out), alternative="greater").pvalue
+    errors = policy.held_out_errors
+    return bool(gain > errors * error or by_ranks < ndtr(-errors))
 
 
 def _explains_most(row: Row, before: Row, policy: Policy) -> bool:

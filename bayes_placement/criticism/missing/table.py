@@ -247,7 +247,7 @@ class TableOfFits(NamedTuple):
         except (KeyError, TypeError, AttributeError) as error:
             raise InputError(
                 f"A table of {', '.join(map(repr, content)) or 'nothing'} was given; 'kinds' and "
-                f"'rows' with all fields of each are needed, since they decide ({error}): "
+                "'rows' with all fields of each are needed, since they decide: "
                 "bp.decide(json.load(open('ledger.json'))['table'])."
             ) from error
 

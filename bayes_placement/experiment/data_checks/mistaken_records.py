@@ -172,7 +172,8 @@ def _evidence(likelihood: Likelihoods) -> float:
 
 def _holds_for_most(hypothesis: _Hypothesis, as_given: Likelihoods) -> bool:
     better = logsumexp(hypothesis.log_likelihood, axis=0) > logsumexp(as_given, axis=0)
-    return bool(better[hypothesis.pairs].mean() > 0.5)
+    held = better[hypothesis.pairs]
+    return 2 * int(held.sum()) > held.size
 
 
 def _fault(record: Record, compared: _Compared, best: _Hypothesis, log10_odds: float) -> Fault:

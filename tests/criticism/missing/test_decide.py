@@ -146,6 +146,14 @@ def test_unknown_noise_is_judged_by_the_scatter_of_neighbouring_lines():
     assert only_best.kinds == ("mass",) and only_best.told_as_missing == ()
 
 
+@pytest.mark.parametrize(("others", "kinds"), [(0.5, ("mass",)), (-0.5, ())])
+def test_an_effect_that_shows_in_one_block_predicts_better_where_the_others_agree(others, kinds):
+    """The block that gains most makes the standard error as large as the mean."""
+    gains = (90.0, *(others + 0.01 * number for number in range(9)))
+    none = erroneous("", 0.0, 100.0, held_out=(0.0,) * 10)
+    assert decided(none, erroneous("mass", 30.0, 9.0, held_out=gains)).kinds == kinds
+
+
 def test_a_claim_is_doubted_by_edges_held_out_data_and_its_check():
     none = NONE._replace(held_out=BLOCKS)
     worse = tuple(score - loss for score, loss in zip(BLOCKS, (0.1, 0.2, 0.1, 0.2), strict=True))
