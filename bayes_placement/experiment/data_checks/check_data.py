@@ -86,7 +86,7 @@ class DataChecks:
     Examples
     --------
     >>> experiment.check_data(measured).words()
-    ['The data pass their checks: overload, natural frequencies, phase.']
+    ['The data pass their checks: overload, mistaken records, natural frequencies, phase.']
     """
 
     faults: dict[str, list[Fault]]
