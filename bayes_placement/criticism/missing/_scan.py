@@ -20,8 +20,8 @@ KEPT, TOGETHER = 128, 256
 together: residuals of all would be gigabytes."""
 
 FOLLOWED, FINISHED, COPIES = 8, 3, 2
-"""Starts that are followed along logarithmic residuals, those followed to the end, and of these
-the most that met: the others may lead to a mirror image."""
+"""Starts that are followed along logarithmic residuals, of an effect of few unknowns; those
+followed to the end, and of these the most that met: the others may lead to a mirror image."""
 
 ABOUT_AS_GOOD = 0.05
 """Cost per datum above the least at some of the lines, up to which a descent goes on at all."""
@@ -91,7 +91,9 @@ def fit_alone(problem: Problem, seed: int = 0) -> Fitted:
     return stored_or_computed(fitted, ANY_FITTED, problem, seed)
 
 
-def fit_grown(problem: Problem, scan: Scan, further: np.ndarray) -> Fitted:
+def fit_grown(
+    problem: Problem, scan: Scan, further: np.ndarray, followed: int = FOLLOWED
+) -> Fitted:
     """Best fit of an experiment with one more effect, from the best places of a scan.
 
     Parameters
@@ -102,8 +104,10 @@ def fit_grown(problem: Problem, scan: Scan, further: np.ndarray) -> Fitted:
         The effect scanned.
     further
         Further starts [start, unknown], followed to the end as they are.
+    followed
+        Number of places that are followed.
     """
-    places = best_places(scan)
+    places = best_places(scan, followed)
 
     def fitted() -> Fitted:
         near = _near(problem, places)
@@ -112,9 +116,9 @@ def fit_grown(problem: Problem, scan: Scan, further: np.ndarray) -> Fitted:
     return stored_or_computed(fitted, ANY_FITTED, problem, places, further)
 
 
-def best_places(scan: Scan) -> np.ndarray:
+def best_places(scan: Scan, count: int = FOLLOWED) -> np.ndarray:
     """Points of least predicted cost [point, unknown]."""
-    return scan.best(FOLLOWED).points
+    return scan.best(count).points
 
 
 def scan(

@@ -17,7 +17,7 @@ from ._candidates import numbered
 from ._compiled_ahead import compiled_ahead
 from ._hypotheses import Hypothesis, logarithmic_jacobian, softening
 from ._kept_fits import NO_RIVAL, is_stored, kept_with_sizes, stored_or_computed
-from ._scan import ANY_SCAN, LEAST, MOST, Scan, best_places, fit_grown, scan
+from ._scan import ANY_SCAN, FOLLOWED, LEAST, MOST, Scan, best_places, fit_grown, scan
 from ._screening_lines import at_screening_lines
 
 PLACES, PLACES_ACROSS, STRENGTHS, SETTINGS, MORE_SETTINGS = 21, 11, 5, 4, 6
@@ -26,6 +26,10 @@ where there is no place."""
 
 WEAKEST = np.array([-3.0, -1.0, -0.3, -0.05, 0.05, 0.3, 1.0, 3.0])
 """Coordinates of a strength, of which the one nearest to absence is taken for weak."""
+
+FEW_UNKNOWNS = 2
+"""Unknowns of an effect, such as a place and a size; with each further one twice as many places of
+a scan are followed, since a grid of as many points is coarser in each."""
 
 PLACES_WITH_ERRORS = 4
 """Best places of a scan from which an effect is fitted together with a model error."""
@@ -156,10 +160,17 @@ def fitted(candidate: ScannedCandidate, rival: Rival = NO_RIVAL) -> Hypothesis:
     weak = _weak_start(effect, problem, base)
     effects = (*base.effects, effect)
     if not base.has_errors:
-        return Hypothesis(effects, problem, *fit_grown(problem, scan, weak[None]))
+        fit = fit_grown(problem, scan, weak[None], _followed(effect, problem))
+        return Hypothesis(effects, problem, *fit)
     starts = np.concatenate([best_places(scan)[:PLACES_WITH_ERRORS], weak[None]])
     sized = kept_with_sizes(problem, starts, softening(problem, SOFTENING[-2:]), rival)
     return Hypothesis(effects, has_errors=True, **vars(sized))
+
+
+def _followed(effect: Effect, problem: Problem) -> int:
+    """Number of places of a scan that are followed: more where it is coarse in many unknowns."""
+    further = len(fields_of(effect, problem)) - FEW_UNKNOWNS
+    return FOLLOWED if effect.tried_last else FOLLOWED * 2 ** max(0, further)
 
 
 def _weak_start(effect: Effect, problem: Problem, base: Hypothesis) -> np.ndarray:
