@@ -5,7 +5,7 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.criticism.missing import _scan
+from bayes_placement.criticism.missing import _scan, _scanned_candidates
 from bayes_placement.inference.residuals import Problem, point_in_problem
 from tests.criticism.small import experiment, measured
 
@@ -58,3 +58,11 @@ def test_a_point_is_transferred_by_names():
         transferred = problem.coordinates.named(point_in_problem(before, point, problem)[None])
         for name, values in before.coordinates.named(point[None]).items():
             np.testing.assert_allclose(transferred[name], values, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("kind", "count"), [("point_mass", 8), ("tuned_absorber", 32)])
+def test_of_an_effect_of_more_unknowns_more_places_are_followed(kind, count):
+    setup = experiment()
+    effect = bp.effects.library(setup, [kind]).effects[0]
+    problem = Problem(setup, setup.data(measured())).with_effect(effect)
+    assert _scanned_candidates._followed(effect, problem) == count
