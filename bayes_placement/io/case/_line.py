@@ -8,9 +8,10 @@ import numpy as np
 from numpyro.distributions import Distribution, LogNormal, Normal, Uniform
 
 from ..._types import Parameter
-from ...effects.ground_spring import GroundSpring, ground_spring
+from ...effects.attached import Attached, attached
 from ...experiment.damping import Modal
 from ...experiment.structure import Structure
+from ...laws import Dashpot, Spring
 from ...modes.beams import beams
 from ...modes.modes import Modes
 from ._finite_elements import FiniteElementStructure
@@ -150,8 +151,8 @@ def structure(case: JsonObject, nominal: NominalStructure, highest: float) -> St
     count = _modes_kept(nominal, values, highest)
     modes = nominal.build(count, youngs_modulus=modulus, density=density)
     suspended = Structure(modes, damping=damping)
-    for number, spring in enumerate(nominal.springs, start=1):
-        suspended = suspended + _suspension(spring, number, nominal.length)
+    for mount in _suspension(nominal, values) if nominal.springs else ():
+        suspended = suspended + mount
     return suspended
 
 
@@ -184,12 +185,19 @@ def _modes_kept(nominal: LineStructure, values: dict[str, float], highest: float
     )
 
 
-def _suspension(spring: JsonObject, number: int, length: float) -> GroundSpring:
-    position = spring.value("x_m", between(0.0, length, "m", 0.2 * length))
-    stiffness = spring.value("stiffness_N_per_m", positive("N/m", 230.0))
-    return ground_spring(
-        at=float(position), stiffness=float(stiffness), name=f"suspension_{number}"
-    )
+def _suspension(nominal: LineStructure, values: dict[str, float]) -> list[Attached]:
+    """Springs, and dashpots that damp the structure's bounce on them as its other modes."""
+    position = between(0.0, nominal.length, "m", 0.2 * nominal.length)
+    places = [float(spring.value("x_m", position)) for spring in nominal.springs]
+    stiffness = positive("N/m", 230.0)
+    springs = [float(spring.value("stiffness_N_per_m", stiffness)) for spring in nominal.springs]
+    area = _section(nominal.fields, nominal.direction)["area"]
+    mass = values["density_kg_m3"] * area * nominal.length
+    relaxation = 2 * values["modal_damping_ratio"] / np.sqrt(sum(springs) / mass)
+    return [
+        attached(place, Spring(k) | Dashpot(float(relaxation * k)), name=f"suspension_{number}")
+        for number, (place, k) in enumerate(zip(places, springs, strict=True), start=1)
+    ]
 
 
 def _priors(case: JsonObject, nominal: dict[str, float]) -> dict[str, Distribution]:

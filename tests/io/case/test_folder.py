@@ -197,11 +197,24 @@ def test_a_suspended_beam_hangs_on_its_springs(tmp_path):
     modes = experiment.structure.modes
     assert (modes.area, modes.rigid_body_modes, modes.axes) == (0.04 * 0.012, 2, (3,))
     assert modes.second_moment == pytest.approx(0.04 * 0.012**3 / 12)
-    springs = experiment.structure.effects
-    assert [(name, float(spring.at), spring.stiffness) for name, spring in springs.items()] == [
+    mounts = experiment.structure.effects
+    assert [
+        (name, float(mount.at), mount.law.parts[0].stiffness) for name, mount in mounts.items()
+    ] == [
         ("suspension_1", 0.2, 230.0),
         ("suspension_2", 1.0, 99.0),
     ]
+
+
+def test_the_suspension_damps_the_bounce_as_the_other_modes(tmp_path):
+    experiment = case.read(written(tmp_path, beam_case(), measured=turned())).experiment
+    springs, dashpots = zip(
+        *(mount.law.parts for mount in experiment.structure.effects.values()), strict=True
+    )
+    mass = 2700.0 * 0.04 * 0.012
+    natural = np.sqrt(sum(spring.stiffness for spring in springs) / mass)
+    viscosity = sum(dashpot.viscosity for dashpot in dashpots)
+    assert viscosity / (2 * mass * natural) == pytest.approx(0.004)
 
 
 def test_modes_are_kept_up_to_six_times_the_band(tmp_path):
