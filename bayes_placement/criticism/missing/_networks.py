@@ -1,6 +1,6 @@
 """Hypotheses with one more effect that is in no list: a network at a port, place before law."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -59,7 +59,8 @@ def with_networks(comparison: Comparison, base: Hypothesis, tick: Tick) -> Compa
     if not base.effects:
         reach = reach_of(base.problem, base.fit, ports, found)
         comparison = comparison._replace(reach=reach)
-    told = [law for law in simplest(found) if not _is_listed(law)]
+    listed = _listed(comparison)
+    told = [law for law in simplest(found) if not _is_one_of(listed, law)]
     if not told:
         return comparison
     odds = np.array([law.log_odds for law in told])
@@ -70,9 +71,15 @@ def with_networks(comparison: Comparison, base: Hypothesis, tick: Tick) -> Compa
     return comparison.with_hypotheses(finite(hypotheses), priors)
 
 
-def _is_listed(law: NamedLaw) -> bool:
+def _listed(comparison: Comparison) -> list[Tree]:
+    """Networks on a displacement that are effects of the library, of those that were tried."""
+    tried = {kind_of(candidate.effect) for candidate in comparison.candidates}
+    return [tree for kind, tree in LISTED.items() if kind in tried]
+
+
+def _is_one_of(listed: Sequence[Tree], law: NamedLaw) -> bool:
     """Whether a network is an effect of the library, as which it is told."""
-    return law.port.acts_on == "displacement" and law.tree in LISTED.values()
+    return law.port.acts_on == "displacement" and law.tree in listed
 
 
 def with_one_more_network(comparison: Comparison, depth: int, tick: Tick) -> Comparison:
@@ -102,17 +109,17 @@ def with_simpler_laws(comparison: Comparison, tick: Tick) -> Comparison:
     priors: dict[str, float] = {}
     for effect in networks:
         rest = without(best, effect.name, null)
-        parts = _parts_of(effect)
+        parts = _parts_of(effect, _listed(comparison))
         priors |= {kind_of(part): _prior_of_part(part, effect, comparison) for part in parts}
         pairs += [(rest, each) for each in (*_listed_parts(effect, comparison), *parts)]
     return comparison.with_hypotheses(extended(pairs, tick), priors)
 
 
-def _parts_of(effect: Any) -> list[Any]:
+def _parts_of(effect: Any, listed: Sequence[Tree]) -> list[Any]:
     """Networks of an element less in the place of that of an effect, but for those of the list."""
-    listed = LISTED.values() if effect.acts_on == "displacement" else ()
+    told = listed if effect.acts_on == "displacement" else ()
     fewer = without_one_element(effect.law)
-    return [replace(effect, law=law) for law in fewer if canonical(law.tree()) not in listed]
+    return [replace(effect, law=law) for law in fewer if canonical(law.tree()) not in told]
 
 
 def _listed_parts(effect: Any, comparison: Comparison) -> list[Effect]:

@@ -40,8 +40,8 @@ STARTS = 6
 BEST_PLACES = 3
 """Places of a kind of port at which every network is fitted."""
 
-STRONG = 2 * math.log(20.0)  # a sum of squares is twice a log likelihood
-"""Squares by which a network must fit better than a simpler one: strong evidence."""
+STRONG = math.log(20.0)
+"""Gain of log likelihood, or of log evidence, that counts: strong evidence."""
 
 BEST_LAWS = 6
 """Laws of a kind of port that are fitted in full, with their places and all other unknowns."""
@@ -187,7 +187,7 @@ def simplest(laws: Sequence[NamedLaw]) -> list[NamedLaw]:
         if not any(
             other.port is law.port
             and len(leaves(other.tree)) < len(leaves(law.tree))
-            and other.fit.squares < law.fit.squares + STRONG
+            and other.fit.squares < law.fit.squares + 2 * STRONG
             for other in laws
         )
     ]
@@ -249,7 +249,7 @@ def _best_rows(objective: LawsAsked, trees: Sequence[Tree], places: int) -> list
         rows[number]
         for network, number in best.items()
         if not any(
-            _is_part(trees[part], trees[network]) and squares[part] < squares[network] + STRONG
+            _is_part(trees[part], trees[network]) and squares[part] < squares[network] + 2 * STRONG
             for part in squares
         )
     ]

@@ -9,7 +9,12 @@ import pytest
 import bayes_placement as bp
 from bayes_placement.criticism.missing._fitted_candidates import extended
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
-from bayes_placement.criticism.missing._networks import _is_listed, with_simpler_laws
+from bayes_placement.criticism.missing._networks import (
+    LISTED,
+    _is_one_of,
+    with_networks,
+    with_simpler_laws,
+)
 from bayes_placement.criticism.missing._posterior_odds import p_value
 from bayes_placement.criticism.missing._search import single_effects
 from bayes_placement.criticism.reach._named_laws import NamedLaw, log_prior, simplest
@@ -79,8 +84,18 @@ def test_a_network_that_is_a_simpler_one_is_not_told(tree, squares, is_told):
 
 
 def test_a_network_of_the_library_is_told_as_its_effect():
-    assert _is_listed(named(Port("displacement", None), "m", 100.0))
-    assert not _is_listed(named(Port("rotation", None), "m", 100.0))
+    listed = [*LISTED.values()]
+    assert _is_one_of(listed, named(Port("displacement", None), "m", 100.0))
+    assert not _is_one_of(listed, named(Port("rotation", None), "m", 100.0))
+
+
+@pytest.mark.long
+def test_a_network_is_told_as_such_where_its_effect_is_not_tried():
+    data = experiment().data(measured(lambda w: -0.08 * w**2))
+    null = null_hypothesis(experiment(), data)
+    springs = [effect for effect in library().effects if effect.name == "ground_spring"]
+    found = with_networks(single_effects(null, springs, lambda: None), null, lambda: None)
+    assert found.best().kinds == ("attached: mass",)
 
 
 @pytest.mark.long
