@@ -24,6 +24,9 @@ NUMBERS = 2 * ELEMENTS_OF_ROW
 DECADES, LOSS, DECADES_OF_LOSS = 2.0, 0.1, 1.0
 """Priors: deviation of the logarithm of a size in decades; median and deviation of a loss."""
 
+LOGARITHM = DECADES * float(np.log(10.0))
+"""Natural logarithm of a size along its coordinate."""
+
 POWERS = {"k": 0, "c": 1, "m": 2, "h": 0, "p": 0}
 """Power of i omega in the dynamic stiffness of an element; that of a springpot is unknown."""
 
@@ -56,7 +59,7 @@ class NetworkRows:
     def __init__(self, trees: Sequence[Tree], size: float, middle: float):
         self.trees = list(trees)
         self.size, self.middle = size, middle
-        forms = [_form(tree) for tree in trees]
+        forms = [form_of(tree) for tree in trees]
         self._series = np.array([[sign == "-" for sign in signs] for signs, _ in forms])
         letters = np.array([row for _, row in forms]).reshape(-1, ELEMENTS_OF_ROW)
         self._present, self._pot, self._lossy = letters != "", letters == "p", letters == "h"
@@ -91,7 +94,7 @@ class NetworkRows:
         pot, lossy = self._pot[which][..., None], self._lossy[which][..., None]
         logarithm = np.log(1j * omega / self.middle)
         order = np.where(self._pot[which], ndtr(other), self._power[which])[..., None]
-        step = DECADES * np.log(10.0)
+        step = LOGARITHM
         elastic = (self.size * np.exp(step * size))[..., None] * np.exp(order * logarithm)
         step_of_loss = DECADES_OF_LOSS * np.log(10.0)
         loss = (LOSS * np.exp(step_of_loss * other))[..., None]
@@ -111,13 +114,13 @@ class NetworkRows:
 
     def prior(self, number: int) -> Law:
         """Law of a network whose numbers are distributions."""
-        step = DECADES * float(np.log(10.0))
+        step = LOGARITHM
         sizes = [LogNormal(float(np.log(self.size)), step)] * ELEMENTS_OF_ROW
         loss = LogNormal(float(np.log(LOSS)), DECADES_OF_LOSS * float(np.log(10.0)))
         return self._law(number, sizes, [Uniform(0.0, 1.0)] * 3, [loss] * ELEMENTS_OF_ROW)
 
     def _law(self, number: int, sizes: Any, orders: Any, losses: Any) -> Law:
-        signs, letters = _form(self.trees[number])
+        signs, letters = form_of(self.trees[number])
         law: Law | None = None
         for sign, letter, *numbers in zip(
             ("|", *signs), letters, sizes, orders, losses, strict=True
@@ -139,7 +142,7 @@ class NetworkRows:
 
 def coordinates_of_numbers(tree: Tree) -> list[int]:
     """Coordinates of a row in the order of the numbers of its law."""
-    _, letters = _form(tree)
+    _, letters = form_of(tree)
     columns = []
     for place, letter in enumerate(letters):
         columns += [place] if letter else []
@@ -169,7 +172,7 @@ def _joined(one: Any, other: Any, series: Any, present: Any) -> tuple[Any, Any, 
     )
 
 
-def _form(tree: Tree) -> tuple[tuple[str, str], list[str]]:
+def form_of(tree: Tree) -> tuple[tuple[str, str], list[str]]:
     """Both signs and three letters of a network; empty letters where it has fewer elements."""
     if isinstance(tree, str):
         return ("|", "|"), [tree, "", ""]

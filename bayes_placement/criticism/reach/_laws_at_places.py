@@ -8,6 +8,7 @@ from ...inference.engines.levenberg_marquardt import minimise
 from ...laws.rows import NUMBERS
 from ._asked import LARGEST, NETWORK, OF_ROW, PLACE, LawsAsked, draws
 from ._free_law import Points
+from ._rational_starts import rational_starts
 
 DRAWS = 64
 """Draws of the numbers of each law from its prior."""
@@ -28,7 +29,10 @@ def laws_at_places(objective: LawsAsked, which: Any, places: int, starts: int) -
         Draws of the prior that are followed at each place, those that fit best: so many of each
         network; or of all networks together, where it is negative.
     """
-    points = np.stack([_starts(objective, which, place, starts) for place in range(places)])
+    measured = rational_starts(objective, which, places)
+    points = np.stack(
+        [_starts(objective, which, place, starts, measured[place]) for place in range(places)]
+    )
     ends, normal = minimise(objective, points.reshape(-1, OF_ROW), steps=15, largest=LARGEST)
     curved = np.linalg.slogdet(normal.curvature)[1]
     evidence = -normal.cost - 0.5 * curved + objective.asked.log_volume[ends[:, PLACE].astype(int)]
@@ -37,13 +41,23 @@ def laws_at_places(objective: LawsAsked, which: Any, places: int, starts: int) -
     return ends.reshape(points.shape), normal.cost.reshape(shape), evidence.reshape(shape)
 
 
-def _starts(objective: LawsAsked, which: Any, place: int, starts: int) -> Points:
+def _starts(objective: LawsAsked, which: Any, place: int, starts: int, measured: Points) -> Points:
+    """The best of the draws, and of the rows that follow from the law as measured."""
     costs = objective.costs_of_draws(which, DRAWS, place)
     rows = np.zeros((*costs.shape, OF_ROW))
     rows[..., :NUMBERS] = draws(DRAWS)
     rows[..., NETWORK], rows[..., PLACE] = which[:, None], place
+    rows = np.concatenate([rows, measured[:, None]], axis=1)
+    costs = np.concatenate([costs, _costs(objective, measured)[:, None]], axis=1)
     if starts < 0:
         rows, costs = rows.reshape(1, -1, OF_ROW), costs.reshape(1, -1)
     best = np.argsort(costs, axis=1)[:, : abs(starts), None]
     chosen: Points = np.take_along_axis(rows, best, axis=1).reshape(-1, OF_ROW)
     return chosen
+
+
+def _costs(objective: LawsAsked, rows: Points) -> Any:
+    known = np.isfinite(rows).all(axis=1)
+    cost = np.full(len(rows), np.inf)
+    cost[known] = np.nan_to_num(objective.cost(rows[known]), nan=np.inf)
+    return cost
