@@ -115,13 +115,7 @@ class Problem:
 
     def _evaluated(self, points: Any, logarithmic: Any) -> tuple[np.ndarray, np.ndarray]:
         """Residuals of all states, the experiment first, and the sum of logs."""
-        ends = np.cumsum([0, *(part.size for part in self._parts)])
-        residual = np.empty((len(points), ends[-1]))
-        log_scale = np.empty((len(points), len(self._parts)))
-        for number, part in enumerate(self._parts):
-            columns = slice(*ends[number : number + 2])
-            part.fill((residual[:, columns], log_scale[:, number]), points, logarithmic)
-        return residual, log_scale.sum(axis=1)
+        return _of_states(self._parts, points, logarithmic)
 
     @property
     def dimension(self) -> int:
@@ -218,13 +212,32 @@ class Problem:
     def with_laws(
         self, points: Float[np.ndarray, "point unknown"], laws: Any
     ) -> Float[np.ndarray, "point law datum"]:
-        """Residuals of the experiment, other laws on its last ports, see `ResidualsOfState`."""
-        return self._parts[0].with_laws(points, laws)
+        """Residuals of all states, other laws on the last ports of the experiment alone.
+
+        See `ResidualsOfState`.
+        """
+        later = self._parts[0].with_laws(points, laws)
+        earlier, _ = _of_states(self._parts[1:], points, False)
+        shared = np.broadcast_to(earlier[:, None], (*later.shape[:2], earlier.shape[1]))
+        return np.concatenate([later, shared], axis=2)
 
     def prepare(self) -> None:
         """Compile the residuals, unless that is done. Any thread may."""
         for part in self._parts:
             part.prepare()
+
+
+def _of_states(
+    parts: Sequence[ResidualsOfState], points: Any, logarithmic: Any
+) -> tuple[np.ndarray, np.ndarray]:
+    """Residuals of some states one after the other, and the sum of logs."""
+    ends = np.cumsum([0, *(part.size for part in parts)])
+    residual = np.empty((len(points), ends[-1]))
+    log_scale = np.empty((len(points), len(parts)))
+    for number, part in enumerate(parts):
+        columns = slice(*ends[number : number + 2])
+        part.fill((residual[:, columns], log_scale[:, number]), points, logarithmic)
+    return residual, log_scale.sum(axis=1)
 
 
 def point_in_problem(

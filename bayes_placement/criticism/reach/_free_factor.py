@@ -27,11 +27,18 @@ class FreeFactor:
 
     def __init__(self, problem: Problem, affected: Float[np.ndarray, "#sensor #actuator 1"]):
         self.problem, self.held = problem, list[int]()
-        shape = problem.data.z.shape[:2]
-        self._affected = np.broadcast_to(affected, (*shape, 1)).reshape(-1, 1)
+        of_experiment = np.broadcast_to(affected[..., None], problem.data.z.shape)
+        everywhere = problem.of_experiment(of_experiment)  # in no earlier state
+        self._affected = complex_residuals(everywhere, problem).real
         # Against data of zero a residual is the response itself.
         silent = eqx.tree_at(lambda data: data.z, problem.data, jnp.zeros_like(problem.data.z))
-        self._silent = Problem(problem.experiment, silent, sizes=problem.sizes)
+        self._silent = Problem(
+            problem.experiment,
+            silent,
+            sizes=problem.sizes,
+            baseline=problem.baseline,
+            further=problem.further,
+        )
         self._silent.squares.take_structure(problem.squares)
 
     def at(self, points: Points) -> AtPort:

@@ -186,8 +186,14 @@ class AnyLaw:
 
 
 def complex_residuals(residual: np.ndarray, problem: Problem) -> Any:
-    """Complex residuals [..., channel, frequency] from those of both parts."""
-    parts = residual.reshape(*residual.shape[:-1], -1, 2, problem.data.z.shape[-1])
+    """Complex residuals [..., channel, frequency] from those of both parts.
+
+    Those of earlier states follow as further channels, which no law changes: what matters are sums
+    over all. Zeros fill up the last one where they have other lines.
+    """
+    whole = 2 * problem.data.z.shape[-1]
+    filled = [(0, 0)] * (residual.ndim - 1) + [(0, -residual.shape[-1] % whole)]
+    parts = np.pad(residual, filled).reshape(*residual.shape[:-1], -1, 2, whole // 2)
     return parts[..., 0, :] + 1j * parts[..., 1, :]
 
 
