@@ -23,7 +23,7 @@ from ...inference.residuals import Problem
 from ...inference.residuals_of_state import State
 from ._fitted_candidates import extended
 from ._hypotheses import Hypothesis, finite, null_hypothesis, rival_among, with_errors
-from ._kept_fits import kept_with_sizes
+from ._kept_fits import NO_RIVAL, kept_with_sizes
 from ._posterior_odds import Comparison, passes, wants_more_effects
 from ._repeated import may_be_added, named_alike
 from ._scan import best_places
@@ -87,14 +87,14 @@ def compared_with_baseline(
     tuple
         The model of the earlier state against the data of both, and the hypotheses fitted to both.
     """
-    unchanged = _over_both(later, earlier, before)
+    unchanged = over_both(later, earlier, before)
     variants = dict(Counter(kind_of(effect) for effect in effects))
     candidates = list(scanned([(unchanged, effect) for effect in effects], tick))
     first, *runners_up = promising(candidates, VARIANTS_WITH_ERRORS)
     singles = [fitted(first)]
     # The misfit without any effect is reported, so that it is fitted further than a mere rival.
     rival = rival_among(singles)._replace(tolerant=-np.inf, evidence=-np.inf)
-    null = _refitted(unchanged, rival)
+    null = nothing_new(unchanged, rival)
     for candidate in _worth_fitting(Comparison([null], variants), runners_up, level):
         singles.append(fitted(candidate, rival_among([null, *singles])))
     comparison = Comparison([null, *finite(singles)], variants, candidates)
@@ -171,14 +171,14 @@ def _next_best(comparison: Comparison, branch: Hypothesis) -> list[Effect]:
     return [candidates[kind] for kind in candidates if kind in (*others, *branch.kinds)]
 
 
-def _over_both(later: State, earlier: State, before: Hypothesis) -> Hypothesis:
+def over_both(later: State, earlier: State, before: Hypothesis) -> Hypothesis:
     """The fit of the earlier state as a point of the problem of both."""
     problem = Problem(later.experiment, later.data, sizes=before.problem.sizes, baseline=earlier)
     return replace(before, problem=problem, fit=before.fit._replace(point=before.point_in(problem)))
 
 
-def _refitted(unchanged: Hypothesis, rival: Rival) -> Hypothesis:
-    """Nothing is new: the model fitted to both states."""
+def nothing_new(unchanged: Hypothesis, rival: Rival = NO_RIVAL) -> Hypothesis:
+    """The model fitted to both states, see `over_both`; given up far behind a rival."""
     sized = kept_with_sizes(unchanged.problem, unchanged.fit.point[None], SOFTENING[-2:], rival)
     return replace(unchanged, **vars(sized))
 

@@ -5,19 +5,30 @@ from threadpoolctl import threadpool_limits
 from ..._processes import tidied_seldom
 from ..._types import InputError, Progress, arguments_checked, no_progress
 from ...experiment.experiment import Experiment, Measurements
+from ...experiment.model_error import Modal
+from ...experiment.noise import Data
+from ...inference.chi2 import LEVEL
+from ...inference.residuals_of_state import State
 from ..reach._named_laws import reached_ports
 from ..reach._ports import can_be_reached, ports_of
 from ..reach.reach import Reach, reach_of
 from ._answers import ticks
+from ._before_and_after import fitted_baseline, nothing_new, over_both, state_of
 from ._candidates import check_experiment
-from ._hypotheses import null_hypothesis
+from ._hypotheses import Hypothesis, null_hypothesis
+from ._posterior_odds import passes
 
 
 @arguments_checked
 @tidied_seldom()
 @threadpool_limits.wrap(limits=1)  # small products: BLAS threads would only wait for each other
 def reach(
-    experiment: Experiment, measurement: Measurements, *, progress: Progress = no_progress
+    experiment: Experiment,
+    measurement: Measurements,
+    *,
+    baseline: Measurements | None = None,
+    model_error: Modal | None = Modal(),  # noqa: B008  it never changes
+    progress: Progress = no_progress,
 ) -> Reach:
     """Say where something missing may act, whatever it is: no list of effects is used.
 
@@ -31,7 +42,15 @@ def reach(
     experiment
         The model as given, with its priors.
     measurement
-        Measured complex FRFs, of one state.
+        Measured complex FRFs.
+    baseline
+        What was measured before, in an earlier state of the same structure: all unknowns are
+        shared, and laws act in the later state alone, so that they are what is new since. Its lines
+        may be other ones, and channels may be missing.
+    model_error
+        Model error that both states share, where the experiment has none and does not reach the
+        noise of the baseline; None where the model must be taken for exact. Without a baseline
+        there is none: it would take up what laws do.
     progress
         Called with the share of the work done.
 
@@ -52,7 +71,12 @@ def reach(
     displacement at 4
     """
     check_experiment(experiment, "reach")
-    null = null_hypothesis(experiment.with_errors(None), experiment.data(measurement))
+    data = experiment.data(measurement)
+    null = (
+        null_hypothesis(experiment.with_errors(None), data)
+        if baseline is None
+        else _as_before(experiment, data, baseline, model_error)
+    )
     if not can_be_reached(null.problem):
         raise InputError(
             f"{experiment.observe!r} was given; complex FRFs at one force level are needed, and no "
@@ -62,3 +86,14 @@ def reach(
     tick = ticks(progress, len(ports_of(null.problem.experiment)), (0.0, 1.0))
     reached = reached_ports(null.problem, null.fit.point, tick)
     return reach_of(null.problem, null.fit, *reached)
+
+
+def _as_before(
+    experiment: Experiment, data: Data, baseline: Measurements, rival: Modal | None
+) -> Hypothesis:
+    """The model fitted to two states, nothing being new; with a model error if it needs one."""
+    earlier = state_of(experiment, baseline)
+    before = fitted_baseline(earlier, experiment.model_error)
+    if experiment.model_error is None and rival is not None and not passes(before, LEVEL):
+        return _as_before(experiment.with_model_error(rival), data, baseline, None)
+    return nothing_new(over_both(State(experiment, data), earlier, before))

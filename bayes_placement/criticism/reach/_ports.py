@@ -143,17 +143,19 @@ def ports_of(experiment: Experiment) -> list[Port]:
 
 
 def can_be_reached(problem: Problem) -> bool:
-    """Whether laws can be read from what was measured: complex FRFs of one state and force level.
+    """Whether laws can be read from what was measured: complex FRFs of one force level.
+
+    A model error takes up much of what a free law does, unless an earlier state tells it.
 
     Parameters
     ----------
     problem
-        The problem of the model, exact.
+        The problem of the model, exact where there is no earlier state.
     """
     experiment = problem.experiment
     is_plain = isinstance(experiment.observe, Complex) and experiment.force_levels is None
-    is_exact = experiment.model_error is None
-    return is_plain and is_exact and len(problem.states) == 1 and _is_applied(experiment)
+    is_known = experiment.model_error is None or problem.baseline is not None
+    return is_plain and is_known and _is_applied(experiment)
 
 
 def _is_applied(experiment: Experiment) -> bool:

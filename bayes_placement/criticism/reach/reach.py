@@ -50,7 +50,9 @@ class Reach:
     measured
         The law as measured at each kind of port, see `law_as_measured`.
     fails
-        Whether the model as given misses the data by more than noise.
+        Whether the model as given misses the data by more than noise; None of unknown noise.
+    is_new
+        Whether laws act in the later of two states alone: what is new since the baseline.
 
     Examples
     --------
@@ -63,7 +65,8 @@ class Reach:
     laws: pd.DataFrame
     chi2_per_datum: float
     measured: Mapping[str, pd.DataFrame] = field(repr=False)
-    fails: bool
+    fails: bool | None
+    is_new: bool = False
 
     def kinds(self) -> pd.DataFrame:
         """Best law of each kind of port, and the probability of the kind; the greatest first."""
@@ -137,10 +140,14 @@ class Reach:
     def words(self) -> list[str]:
         """Where something may act, kind by kind, and how much it would explain.
 
-        Where nothing of few numbers removes half of the misfit, that is told first.
+        Where nothing of few numbers removes half of the misfit, that is told first; where the model
+        reaches the noise, that alone.
         """
+        if self.fails is False:
+            what = "new since the baseline" if self.is_new else "missing"
+            return [f"Nothing is seen to be {what}: the model reaches the noise without it."]
         kinds = self.kinds()
-        return [
+        first, *others = [
             *self._none_explains(kinds),
             *(
                 f"{_subject(acts_on, row)}: {row['law'].in_words()} removes "
@@ -149,6 +156,7 @@ class Reach:
                 for acts_on, row in kinds.iterrows()
             ),
         ]
+        return [f"New since the baseline: {first}" if self.is_new else first, *others]
 
     def _none_explains(self, kinds: pd.DataFrame) -> list[str]:
         if not self.fails or kinds["few_numbers"].max() >= HALF:
@@ -219,8 +227,15 @@ def reach_of(
         kind: as_measured(best[kind], of_port[id(best[kind].port)].free.released())
         for kind in dict.fromkeys(curves["acts_on"])
     }
-    fails = bool(chi2.sf(squares, problem.count) < LEVEL)
-    return Reach(curves.reset_index(drop=True), table, squares / problem.count, measured, fails)
+    fails = bool(chi2.sf(squares, problem.count) < LEVEL) if _is_noise_known(problem) else None
+    is_new = problem.baseline is not None
+    chi2_per_datum = squares / problem.count
+    return Reach(curves.reset_index(drop=True), table, chi2_per_datum, measured, fails, is_new)
+
+
+def _is_noise_known(problem: Problem) -> bool:
+    noise = problem.experiment.noise
+    return noise is not None and noise.deviation(problem.data) is not None
 
 
 def _curve(reached: ReachOfPort, squares: float) -> pd.DataFrame:
