@@ -25,7 +25,7 @@ from ._hypotheses import (
     problem_with_errors,
     rival_among,
 )
-from ._networks import with_one_more_network, with_simpler_laws
+from ._networks import priors_of_networks, with_one_more_network, with_simpler_laws
 from ._posterior_odds import (
     Comparison,
     explains,
@@ -198,15 +198,17 @@ def _answered_by_two_states(
     before = fitted_baseline(earlier, question.errors)
     later = State(experiment, question.data)
     unchanged, comparison = compared_with_baseline(
-        later, earlier, before, question.tried.effects, question.level, question.most_effects, tick
+        later, earlier, before, question.tried, question.level, question.most_effects, tick
     )
     if between is not None:
         refitted = refitted_effects(comparison, between, question.most_effects)
-        comparison = comparison.with_hypotheses(refitted)
+        priors = priors_of_networks(between, comparison)
+        comparison = comparison.with_hypotheses(refitted, priors)
     if not explains(comparison.best(), question.level):
         of_later_state = _best_of_later_state(question, earlier, tick)
         refitted = refitted_effects(comparison, of_later_state, question.most_effects)
-        comparison = comparison.with_hypotheses(refitted)
+        priors = priors_of_networks(of_later_state, comparison)
+        comparison = comparison.with_hypotheses(refitted, priors)
     return Answer(unchanged, comparison, before)
 
 

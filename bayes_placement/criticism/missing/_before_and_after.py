@@ -4,7 +4,6 @@ All that is unknown is shared, model error included: what the model does not kno
 """
 
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +11,7 @@ import numpy as np
 from ..._types import InputError
 from ...effects.amplitude_attachment import can_act_together
 from ...effects.effect import Effect
-from ...effects.library import kind_of
+from ...effects.library import Library, kind_of
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.measurement import Measurement
 from ...experiment.modal_parameters import ModalParameters
@@ -24,6 +23,7 @@ from ...inference.residuals_of_state import State
 from ._fitted_candidates import extended
 from ._hypotheses import Hypothesis, finite, null_hypothesis, rival_among, with_errors
 from ._kept_fits import NO_RIVAL, kept_with_sizes
+from ._networks import with_networks, with_one_more_network, with_simpler_laws
 from ._posterior_odds import Comparison, passes, wants_more_effects
 from ._repeated import may_be_added, named_alike
 from ._scan import best_places
@@ -60,7 +60,7 @@ def compared_with_baseline(
     later: State,
     earlier: State,
     before: Hypothesis,
-    effects: Sequence[Effect],
+    tried: Library[Experiment],
     level: float,
     most_effects: int,
     tick: Tick,
@@ -73,7 +73,7 @@ def compared_with_baseline(
         The states; their model error is that of `before`.
     before
         The model fitted to the earlier state alone.
-    effects
+    tried
         Candidates.
     level
         Probability that a correct model fails its check.
@@ -88,8 +88,8 @@ def compared_with_baseline(
         The model of the earlier state against the data of both, and the hypotheses fitted to both.
     """
     unchanged = over_both(later, earlier, before)
-    variants = dict(Counter(kind_of(effect) for effect in effects))
-    candidates = list(scanned([(unchanged, effect) for effect in effects], tick))
+    variants = dict(Counter(map(kind_of, tried.effects)))
+    candidates = list(scanned([(unchanged, effect) for effect in tried.effects], tick))
     first, *runners_up = promising(candidates, VARIANTS_WITH_ERRORS)
     singles = [fitted(first)]
     # The misfit without any effect is reported, so that it is fitted further than a mere rival.
@@ -98,6 +98,8 @@ def compared_with_baseline(
     for candidate in _worth_fitting(Comparison([null], variants), runners_up, level):
         singles.append(fitted(candidate, rival_among([null, *singles])))
     comparison = Comparison([null, *finite(singles)], variants, candidates)
+    if tried.networks:
+        comparison = with_networks(comparison, null, tick)
     for depth in range(1, most_effects):
         if not wants_more_effects(comparison, depth, level):
             break
@@ -110,6 +112,9 @@ def compared_with_baseline(
             for effect in _next_best(comparison, branch)
         ]
         comparison = comparison.with_hypotheses(extended(pairs, tick))
+        if tried.networks and wants_more_effects(comparison, depth, level):
+            comparison = with_one_more_network(comparison, depth, tick)
+        comparison = with_simpler_laws(comparison, tick)
     return unchanged, comparison
 
 
@@ -165,7 +170,9 @@ def _next_best(comparison: Comparison, branch: Hypothesis) -> list[Effect]:
     singles = sorted(comparison.hypotheses, key=comparison.log_odds, reverse=True)
     candidates: dict[str, Effect] = {}
     for single in singles:
-        if len(single.effects) == 1 and may_be_added(*single.effects, single.problem, branch, best):
+        if len(single.effects) != 1 or single.kinds[0] in comparison.networks:
+            continue
+        if may_be_added(*single.effects, single.problem, branch, best):
             candidates.setdefault(single.kinds[0], single.effects[0])
     others = [kind for kind in candidates if kind not in branch.kinds][: NARROW.kinds]
     return [candidates[kind] for kind in candidates if kind in (*others, *branch.kinds)]

@@ -1,14 +1,20 @@
 """Hypotheses with one more effect that is in no list: a network at a port, place before law."""
 
+import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from ...effects.attached import Attached
 from ...effects.effect import Effect
+from ...effects.inserted import Inserted
 from ...effects.library import kind_of
+from ...effects.strut import Strut
 from ...inference.chi2 import LEVEL
+from ...inference.engines.empirical_bayes import SOFTENING
 from ...inference.engines.levenberg_marquardt import best_fit, minimise
 from ...inference.residuals import Problem, fields_of
 from ...laws.canonical import canonical
@@ -16,11 +22,12 @@ from ...laws.catalogue import leaves, without_one_element
 from ...laws.law import Tree
 from ...laws.rows import coordinates_of_numbers
 from ..reach._named_laws import NamedLaw, log_prior, reached_ports, simplest
-from ..reach._ports import Port, can_be_reached, place_columns, trees_at
+from ..reach._ports import NAME, Port, can_be_reached, place_columns, ports_of, trees_at
 from ..reach.reach import reach_of
 from ._candidates import numbered
 from ._fitted_candidates import extended, without
 from ._hypotheses import Hypothesis, finite, takes_long
+from ._kept_fits import kept_with_sizes
 from ._posterior_odds import STRONG, Comparison, passes
 from ._scanned_candidates import Pair, Tick
 
@@ -42,7 +49,8 @@ WITHIN = 2 * STRONG
 def with_networks(comparison: Comparison, base: Hypothesis, tick: Tick) -> Comparison:
     """Add the networks of the greatest odds at ports of a hypothesis, each fitted.
 
-    None where it passes its check, or where there is no complex FRF at which a law is read.
+    None where it passes its check, or where there is no complex FRF at which a law is read. Of two
+    states networks act in the later one.
 
     Parameters
     ----------
@@ -53,7 +61,7 @@ def with_networks(comparison: Comparison, base: Hypothesis, tick: Tick) -> Compa
     tick
         Called once for each kind of port.
     """
-    if passes(base, LEVEL) or base.has_errors or not can_be_reached(base.problem):
+    if passes(base, LEVEL) or not can_be_reached(base.problem):
         return comparison
     ports, found = reached_ports(base.problem, base.fit.point, tick)
     if not base.effects:
@@ -138,6 +146,30 @@ def _prior_of_part(part: Any, whole: Any, comparison: Comparison) -> float:
     return comparison.networks[kind_of(whole)] + of_part - of_whole
 
 
+def priors_of_networks(hypothesis: Hypothesis, comparison: Comparison) -> dict[str, float]:
+    """Log priors of networks that were found by another search.
+
+    Parameters
+    ----------
+    hypothesis
+        What was found there.
+    comparison
+        Hypotheses of this search.
+    """
+    pieces = Counter(port.acts_on for port in ports_of(hypothesis.problem.experiment))
+    networks: list[Any] = [
+        effect
+        for effect in hypothesis.effects
+        if isinstance(effect, Attached | Inserted | Strut)
+        and kind_of(effect) not in comparison.variants
+    ]
+    return {
+        kind_of(each): log_prior(each.law.tree(), trees_at(each.acts_on))
+        - math.log(pieces[each.acts_on])
+        for each in networks
+    }
+
+
 def _as_hypothesis(base: Hypothesis, law: NamedLaw) -> Hypothesis:
     """The network as an effect of the experiment, fitted from where it was found."""
     names = {effect.name for effect in base.problem.experiment.effects}
@@ -145,10 +177,12 @@ def _as_hypothesis(base: Hypothesis, law: NamedLaw) -> Hypothesis:
     effect = numbered(effect, names)
     problem = base.problem.with_effect(effect)
     start = _start(base, law, effect, problem)
+    effects = (*base.effects, effect)
+    if base.has_errors:
+        sized = kept_with_sizes(problem, start[None], SOFTENING[-1:])
+        return Hypothesis(effects, has_errors=True, **vars(sized))
     ends, normal = minimise(problem.squares.objective(), start[None], steps=20, count=problem.count)
-    return Hypothesis(
-        (*base.effects, effect), problem, best_fit(ends, normal, problem.count), near=start[None]
-    )
+    return Hypothesis(effects, problem, best_fit(ends, normal, problem.count), near=start[None])
 
 
 def _start(base: Hypothesis, law: NamedLaw, effect: Any, problem: Problem) -> np.ndarray:
@@ -156,8 +190,9 @@ def _start(base: Hypothesis, law: NamedLaw, effect: Any, problem: Problem) -> np
     found = base.problem.with_effect(law.port.effect)
     start = np.zeros(problem.dimension)
     for name, place in found.coordinates.places.items():
-        if name in problem.coordinates.places:
-            start[problem.coordinates.places[name]] = law.point[place]
+        target = name.replace(NAME, effect.name)
+        if target in problem.coordinates.places:
+            start[problem.coordinates.places[target]] = law.point[place]
     placed = Port(law.port.acts_on, effect)
     start[place_columns(placed, problem)] = law.point[place_columns(law.port, found)]
     numbers = [name for name, word in fields_of(effect, problem).items() if word == "law"]
