@@ -1197,7 +1197,10 @@ def calls_of_verbs():
         ),
         "reach": Call(
             bp.reach,
-            {name: missing[name] for name in ("experiment", "measurement", *progress)},
+            {
+                name: missing[name]
+                for name in ("experiment", "measurement", "baseline", "model_error", *progress)
+            },
         ),
         "decide": Call(
             bp.decide,

@@ -47,6 +47,32 @@ def test_no_network_is_claimed_where_nothing_acts():
     assert ledger.verdict == () and not ledger.to_json()["effects"]
 
 
+@pytest.mark.long
+def test_a_network_that_is_new_is_named_and_stays_what_it_is():
+    """With a model error that both states share; it is unchanged in a third state."""
+    states = {
+        "bare": measured(seed=1),
+        "mount": measured(maxwell, seed=2),
+        "again": measured(maxwell, seed=3),
+    }
+    ledger = bp.improve(experiment(), states, candidates=library(), most_effects=1)
+    network = ("attached: dashpot - spring",)
+    assert ledger.new == {"mount": network, "again": ()}
+    for state in ledger.ledgers.values():
+        assert state.verdict == network
+        assert state.steps[-1].chi2_per_datum == pytest.approx(1.0, abs=0.15)
+        assert state.reach.words()[0].startswith("New since the baseline: displacement at 2")
+    at = ledger.courses[0].last.estimates["at"]
+    assert at.low < AT < at.high
+
+
+@pytest.mark.long
+def test_no_network_is_new_where_both_states_are_alike():
+    settings = {"baseline": measured(seed=1), "candidates": library()}
+    ledger = bp.improve(experiment(), measured(seed=2), **settings)
+    assert ledger.verdict == () and ledger.reach is None
+
+
 def test_networks_are_tried_unless_kinds_are_named():
     assert bp.effects.library(experiment()).networks
     assert not bp.effects.library(experiment(), ["point_mass"]).networks
