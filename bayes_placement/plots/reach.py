@@ -58,7 +58,8 @@ def curves(
 ) -> Figure:
     """Draw what laws at each place could remove of the misfit, one panel for each kind of port.
 
-    The last panel has a bar for each channel and for all, where a law is a factor on their FRFs.
+    The last panel has a bar for each channel and for all, where a law is a factor on their FRFs;
+    of amplitudes there is none.
 
     Along a line, a pale curve for any law and a dark one for a law of few numbers: where only the
     pale one is high, a law could do it that no few elements make. A map of both ends for a strut,
@@ -80,10 +81,9 @@ def curves(
     """
     kinds = [kind for kind in reach.kinds().index if kind not in CHANNELS]
     bars = reach.curves[reach.curves["acts_on"].isin(CHANNELS)]
-    heights = [1.0] * len(kinds) + [max(1.0, len(bars) * BAR / HEIGHT)]
+    heights = [1.0] * len(kinds) + [max(1.0, len(bars) * BAR / HEIGHT)] * (not bars.empty)
     layout = panels(len(heights), 1, axes, heights=heights, size=(PANEL[0], HEIGHT))
-    *along, last = layout.axes.flat
-    for panel, kind in zip(along, kinds, strict=True):
+    for panel, kind in zip(layout.axes.flat, kinds, strict=False):
         curve = reach.curves[reach.curves["acts_on"] == kind]
         best = reach.laws[reach.laws["acts_on"] == kind].iloc[0]
         if curve["z"].notna().any():
@@ -93,9 +93,10 @@ def curves(
         else:
             _along(panel, curve, best, experiment)
         panel.set_title(_title(reach, kind, best))
-    best = reach.laws[reach.laws["acts_on"].isin(CHANNELS)].iloc[0]
-    _bars(last, bars, best)
-    last.set_title(_title(reach, best["setting"], best))
+    if not bars.empty:
+        best = reach.laws[reach.laws["acts_on"].isin(CHANNELS)].iloc[0]
+        _bars(layout.axes.flat[-1], bars, best)
+        layout.axes.flat[-1].set_title(_title(reach, best["setting"], best))
     return layout.with_legend()
 
 

@@ -21,6 +21,7 @@ from ...laws.canonical import canonical
 from ...laws.catalogue import leaves, without_one_element
 from ...laws.law import Tree
 from ...laws.rows import coordinates_of_numbers
+from ..reach._free_law import tells_phase
 from ..reach._named_laws import NamedLaw, log_prior, reached_ports, simplest
 from ..reach._ports import NAME, Port, can_be_reached, place_columns, ports_of, trees_at
 from ..reach.reach import reach_of
@@ -61,7 +62,8 @@ def with_networks(comparison: Comparison, base: Hypothesis, tick: Tick) -> Compa
     tick
         Called once for each kind of port.
     """
-    if passes(base, LEVEL) or not can_be_reached(base.problem):
+    reads_laws = tells_phase(base.problem) and can_be_reached(base.problem)
+    if passes(base, LEVEL) or not reads_laws:
         return comparison
     ports, found = reached_ports(base.problem, base.fit.point, tick)
     if not base.effects:

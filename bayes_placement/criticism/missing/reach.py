@@ -42,7 +42,8 @@ def reach(
     experiment
         The model as given, with its priors.
     measurement
-        Measured complex FRFs.
+        Measured FRFs. Of amplitudes alone only laws of few numbers are tried: one that is free at
+        each line has two unknowns there, and each channel gives one equation.
     baseline
         What was measured before, in an earlier state of the same structure: all unknowns are
         shared, and laws act in the later state alone, so that they are what is new since. Its lines
@@ -62,8 +63,8 @@ def reach(
     Raises
     ------
     InputError
-        If no law can be read: of amplitudes or modal parameters, at several force levels, or where
-        an effect of the model needs other lines than the measured ones.
+        If no law can be read: of modal parameters, at several force levels, or where an effect of
+        the model needs other lines than the measured ones.
 
     Examples
     --------
@@ -79,9 +80,9 @@ def reach(
     )
     if not can_be_reached(null.problem):
         raise InputError(
-            f"{experiment.observe!r} was given; complex FRFs at one force level are needed, and no "
-            "effect that changes the record or the size of the structure, since a law is read from "
-            "the phase at each line: observe=bp.observe.Complex()."
+            f"{experiment.observe!r} was given; FRFs at one force level are needed, and no effect "
+            "that changes the record or the size of the structure, since a law is read from the "
+            "response at each line: observe=bp.observe.Complex()."
         )
     tick = ticks(progress, len(ports_of(null.problem.experiment)), (0.0, 1.0))
     reached = reached_ports(null.problem, null.fit.point, tick)

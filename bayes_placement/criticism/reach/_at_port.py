@@ -8,11 +8,14 @@ from jaxtyping import Float
 from ...experiment.resized import evenly_spread
 from ...inference.engines.levenberg_marquardt import minimise
 from ...inference.residuals import Problem, point_in_problem
-from ._asked import Asked, LawsAsked, Rows
+from ...laws.rows import NUMBERS
+from ._asked import NETWORK, PLACE, Asked, LawsAsked, Rows
 from ._channels import ChannelPort, free_factor
 from ._filters import FILTERS
-from ._free_law import AnyLaw, Free, FreeLaw, Points
+from ._free_law import AnyLaw, Free, FreeLaw, Points, tells_phase
 from ._laws_at_places import laws_at_places
+from ._laws_in_full import LawsInFull
+from ._laws_of_amplitudes import laws_of_amplitudes
 from ._ports import Port, grid, largest, place_columns
 
 MOST_LINES = 128
@@ -96,24 +99,70 @@ def reach_of_channel(base: Problem, point: Point, port: ChannelPort) -> ReachOfP
 
 
 def _reach_at(port: AnyPort, free: Free, start: Point, places: Any, which: Any) -> ReachOfPort:
-    ends, squares = _with_free_law(start, free, places)
-    objective = asked_of_laws(free, ends, rows_of(port, free), port, MOST_LINES)
-    _, cost, evidence = laws_at_places(objective, which, len(ends), -FOLLOWED)
-    best = np.argmax(evidence, axis=1)[:, None]
-    costs, evidences = (np.take_along_axis(each, best, axis=1)[:, 0] for each in (cost, evidence))
-    return ReachOfPort(port, free, ends, squares, 2 * costs, evidences)
+    starts = _starts(start, free, places)
+    if tells_phase(free.problem):
+        points, squares = _with_free_law(starts, free, len(places))
+    else:
+        points, squares = starts, np.full(len(places), np.nan)
+    found = fitted_laws(port, free, rows_of(port, free), points, which, -FOLLOWED, MOST_LINES)
+    # Of amplitudes there are two points for each place.
+    laws, cost, evidence = (_by_place(each, len(places)) for each in found)
+    best = np.argmax(evidence, axis=1)
+    each = np.arange(len(places))
+    of_problem = laws[each, best, : free.problem.dimension]
+    return ReachOfPort(port, free, of_problem, squares, 2 * cost[each, best], evidence[each, best])
 
 
-def _with_free_law(start: Point, free: Free, places: Any) -> tuple[Points, Any]:
-    """All else fitted at each place, from the fit without a law and from the medians of priors."""
+def _by_place(values: Any, places: int) -> Any:
+    """Values [point, start, ...] of points that go through all places one or more times."""
+    return np.concatenate(np.split(values, len(values) // places), axis=1)
+
+
+def _starts(start: Point, free: Free, places: Any) -> Points:
+    """At each place the fit without a law; then at each the medians of priors."""
     fitted = np.repeat(start[None], len(places), axis=0)
     starts = np.concatenate([fitted, np.zeros_like(fitted)])
     starts[:, free.held] = np.concatenate([places, places])
+    return starts
+
+
+def _with_free_law(starts: Points, free: Free, places: int) -> tuple[Points, Any]:
+    """All else fitted at each place, from two starts."""
     ends, normal = minimise(AnyLaw(free), starts, steps=12)
     costs = np.nan_to_num(normal.cost, nan=np.inf).reshape(2, -1)
-    best, numbers = np.argmin(costs, axis=0), np.arange(len(places))
-    chosen = best * len(places) + numbers
+    best, numbers = np.argmin(costs, axis=0), np.arange(places)
+    chosen = best * places + numbers
     return ends[chosen], normal.squares[chosen]
+
+
+def fitted_laws(
+    port: AnyPort, free: Free, rows: Rows, points: Points, which: Any, starts: int, most: int
+) -> tuple[Any, Any, Any]:
+    """Laws at points [point, start, coordinate], in the coordinates of `LawsInFull`.
+
+    With their costs and log evidence. All else is fitted to first order, to amplitudes in full.
+
+    Parameters
+    ----------
+    port, free, rows
+        The port, the problem with it, and the laws that may be there.
+    points
+        Coordinates of the problem, each of a place.
+    which
+        Numbers of the networks.
+    starts
+        Draws of the prior that are followed at each point, see `laws_at_places`.
+    most
+        Most lines.
+    """
+    if not tells_phase(free.problem):
+        in_full = LawsInFull(free, rows, omega_of(free), port.is_cut)
+        return laws_of_amplitudes(in_full, which, points, starts)
+    objective = asked_of_laws(free, points, rows, port, most)
+    found, cost, evidence = laws_at_places(objective, which, len(points), starts)
+    of_problem = points[found[..., PLACE].astype(int)]
+    ends = [of_problem, found[..., :NUMBERS], found[..., NETWORK, None]]
+    return np.concatenate(ends, axis=2), cost, evidence
 
 
 def asked_of_laws(free: Free, points: Points, rows: Rows, port: AnyPort, most: int) -> LawsAsked:

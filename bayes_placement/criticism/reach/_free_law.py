@@ -102,7 +102,13 @@ class FreeLaw:
     def __init__(self, problem: Problem, held: Sequence[int] = ()):
         self.problem, self.held = problem, list(held)
         self._lines = problem.data.z.shape[-1]
-        self._soft = self._calibrated(np.zeros((1, problem.dimension)))
+        point = np.zeros((1, problem.dimension))
+        if tells_phase(problem):
+            self._soft = self._calibrated(point)
+        else:
+            # Ends of a strut at the same place would feel nothing.
+            point[:, self.held] = np.linspace(-0.5, 0.5, len(self.held))
+            self._soft = SOFT * self._half_way(point)
 
     def at(self, points: Points) -> AtPort:
         """What a law does, read from none, a soft one and a pole, which holds the port."""
@@ -156,6 +162,17 @@ class FreeLaw:
             self._soft = SOFT / size if size > 0 else self._soft
         return self._soft
 
+    def _half_way(self, point: Points) -> float:
+        """Size of the law that moves amplitudes half as far as a pole does."""
+        sizes = np.geomspace(1e-12, 1e12, 193)
+        numerators = np.concatenate([[0.0, 1.0], sizes])
+        denominators = np.concatenate([[1.0, 0.0], np.ones(sizes.size)])
+        each = np.stack([numerators, denominators], axis=1)[..., None]
+        laws = np.broadcast_to(each, (*each.shape[:2], self._lines)).astype(complex)
+        residual = self.problem.with_laws(point, laws[None])[0]
+        moved = np.linalg.norm(residual[1:] - residual[0], axis=1)
+        return float(sizes[np.argmax(moved[1:] >= 0.5 * moved[0])])
+
 
 class AnyLaw:
     """What a descent over all unknowns makes small, the law free at each line."""
@@ -186,15 +203,20 @@ class AnyLaw:
 
 
 def complex_residuals(residual: np.ndarray, problem: Problem) -> Any:
-    """Complex residuals [..., channel, frequency] from those of both parts.
+    """Complex residuals [..., channel, frequency] from those of both parts; of amplitudes real.
 
     Those of earlier states follow as further channels, which no law changes: what matters are sums
     over all. Zeros fill up the last one where they have other lines.
     """
-    whole = 2 * problem.data.z.shape[-1]
-    filled = [(0, 0)] * (residual.ndim - 1) + [(0, -residual.shape[-1] % whole)]
-    parts = np.pad(residual, filled).reshape(*residual.shape[:-1], -1, 2, whole // 2)
-    return parts[..., 0, :] + 1j * parts[..., 1, :]
+    count, lines = problem.experiment.observe.parts, problem.data.z.shape[-1]
+    filled = [(0, 0)] * (residual.ndim - 1) + [(0, -residual.shape[-1] % (count * lines))]
+    parts = np.pad(residual, filled).reshape(*residual.shape[:-1], -1, count, lines)
+    return parts[..., 0, :] + 1j * parts[..., 1, :] if tells_phase(problem) else parts[..., 0, :]
+
+
+def tells_phase(problem: Problem) -> bool:
+    """Whether complex FRFs were measured, so that residuals are linear in a free law."""
+    return problem.experiment.observe.parts > 1
 
 
 def products(slopes: Along, residual: Channels) -> tuple[np.ndarray, np.ndarray]:

@@ -49,10 +49,15 @@ def _starts(objective: LawsAsked, which: Any, place: int, starts: int, measured:
     rows[..., NETWORK], rows[..., PLACE] = which[:, None], place
     rows = np.concatenate([rows, measured[:, None]], axis=1)
     costs = np.concatenate([costs, _costs(objective, measured)[:, None]], axis=1)
+    return best_starts(rows, costs, starts)
+
+
+def best_starts(rows: Any, costs: Any, starts: int) -> Points:
+    """The rows [network, draw, coordinate] of the least cost, see `laws_at_places`."""
     if starts < 0:
-        rows, costs = rows.reshape(1, -1, OF_ROW), costs.reshape(1, -1)
+        rows, costs = rows.reshape(1, -1, rows.shape[-1]), costs.reshape(1, -1)
     best = np.argsort(costs, axis=1)[:, : abs(starts), None]
-    chosen: Points = np.take_along_axis(rows, best, axis=1).reshape(-1, OF_ROW)
+    chosen: Points = np.take_along_axis(rows, best, axis=1).reshape(-1, rows.shape[-1])
     return chosen
 
 

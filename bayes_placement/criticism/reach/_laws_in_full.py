@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ...inference.engines.least_squares import NormalEquations
+from ...inference.engines.least_squares import STEP, NormalEquations
 from ...laws.rows import NUMBERS
 from ._asked import Rows, closed, held_last
-from ._free_law import Free, Points, half_squares, products
+from ._free_law import Free, Points, half_squares, products, tells_phase
 
 
 class LawsInFull:
@@ -22,7 +22,7 @@ class LawsInFull:
     Parameters
     ----------
     free
-        The experiment with a port, or a factor on channels; nothing is held.
+        The experiment with a port, or a factor on channels.
     rows
         The networks, or filters.
     omega
@@ -50,16 +50,27 @@ class LawsInFull:
         """Normal equations."""
         of_problem, of_law, which = self._parts(points)
         stiffness, along = self.rows.at_lines(which, of_law, self.omega)
-        at = self.free.at(of_problem)
-        strength, softened = closed(stiffness, at.receptance, self.is_cut)
-        left = at.left(strength)
-        of_numbers = at.slope[:, None] * (along * softened[:, None])[:, :, None]
+        left, of_numbers = self._along_numbers(of_problem, stiffness, along)
         of_others = self.free.slopes(of_problem, *self._law(stiffness))
         gradient, curvature = products(np.concatenate([of_others, of_numbers], axis=1), left)
-        inner = points[:, :-1]
+        prior = points[:, :-1].copy()
         squares = 2 * half_squares(left)
-        cost = 0.5 * squares + half_squares(inner)
-        return held_last(NormalEquations(cost, gradient + inner, curvature, squares), 1)
+        cost = 0.5 * squares + half_squares(prior)
+        prior[:, self.free.held] = 0.0
+        return held_last(NormalEquations(cost, gradient + prior, curvature, squares), 1)
+
+    def _along_numbers(self, of_problem: Points, stiffness: Any, along: Any) -> tuple[Any, Any]:
+        """Residuals, and their slopes along the numbers of laws; of amplitudes by differences."""
+        if not tells_phase(self.free.problem):
+            left = self.free.residuals(of_problem, *self._law(stiffness))
+            moved = [
+                self.free.residuals(of_problem, *self._law(stiffness + STEP * each))
+                for each in along.swapaxes(0, 1)
+            ]
+            return left, (np.stack(moved, axis=1) - left[:, None]) / STEP
+        at = self.free.at(of_problem)
+        strength, softened = closed(stiffness, at.receptance, self.is_cut)
+        return at.left(strength), at.slope[:, None] * (along * softened[:, None])[:, :, None]
 
     def _parts(self, points: Points) -> tuple[Any, Any, Any]:
         size = self.free.problem.dimension

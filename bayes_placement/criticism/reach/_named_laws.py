@@ -14,20 +14,18 @@ from ...inference.engines.levenberg_marquardt import Fit, best_fit, minimise
 from ...inference.residuals import Problem
 from ...laws.catalogue import leaves
 from ...laws.law import Law, Tree
-from ...laws.rows import NUMBERS
-from ._asked import NETWORK, OF_ROW, PLACE, LawsAsked, Rows
+from ._asked import Rows
 from ._at_port import (
     Point,
     ReachOfPort,
-    asked_of_laws,
+    fitted_laws,
     omega_of,
     reach_of_channel,
     reach_of_port,
 )
 from ._channels import channels_of
 from ._filters import ChannelFilter
-from ._free_law import Points
-from ._laws_at_places import laws_at_places
+from ._free_law import Points, tells_phase
 from ._laws_in_full import LawsInFull
 from ._ports import ports_of
 
@@ -113,7 +111,7 @@ def reached_ports(
 
 
 def reached_channels(problem: Problem, point: Point) -> tuple[list[ReachOfPort], list[NamedLaw]]:
-    """What factors on each channel, and on all, can do, and the best filters.
+    """What factors on each channel, and on all, can do, and the best filters; none of amplitudes.
 
     Parameters
     ----------
@@ -122,6 +120,8 @@ def reached_channels(problem: Problem, point: Point) -> tuple[list[ReachOfPort],
     point
         Its fit.
     """
+    if not tells_phase(problem):
+        return [], []
     of_channel = functools.partial(reach_of_channel, problem, point)
     return _reached(channels_of(problem.experiment), of_channel, lambda: None)
 
@@ -224,26 +224,22 @@ def laws_with_names(reach: ReachOfPort, pieces: int) -> list[NamedLaw]:
 
 def _laws_at(reach: ReachOfPort, points: Points, pieces: int) -> list[NamedLaw]:
     """Every network at points, each of a place; the best of them in full."""
-    rows = reach.rows()
-    objective = asked_of_laws(reach.free, points, rows, reach.port, MOST_LINES)
-    begins = [
-        np.concatenate([points[int(row[PLACE])], row[:NUMBERS], [row[NETWORK]]])
-        for row in _best_rows(objective, rows.trees, len(points))[:BEST_LAWS]
-    ]
+    rows, starts = reach.rows(), STARTS // len(points)
+    every = np.arange(len(rows.trees))
+    found = fitted_laws(reach.port, reach.free, rows, points, every, starts, MOST_LINES)
+    begins = _best_rows(*found, rows.trees)[:BEST_LAWS]
     return _in_full(reach, rows, np.array(begins), pieces)
 
 
-def _best_rows(objective: LawsAsked, trees: Sequence[Tree], places: int) -> list[Any]:
+def _best_rows(rows: Any, cost: Any, evidence: Any, trees: Sequence[Tree]) -> list[Any]:
     """Best fit of each network, the best first, but of those that do no more than a part of them.
 
     All that contain one of the best would leave no room for others.
     """
-    every, starts = np.arange(len(trees)), STARTS // places
-    rows, cost, evidence = laws_at_places(objective, every, places, starts)
-    rows = rows.reshape(-1, OF_ROW)
+    rows = rows.reshape(-1, rows.shape[-1])
     best: dict[int, int] = {}  # of each network
     for number in np.argsort(-evidence.ravel()):
-        best.setdefault(int(rows[number, NETWORK]), number)
+        best.setdefault(int(rows[number, -1]), number)
     squares = {network: 2 * cost.ravel()[number] for network, number in best.items()}
     return [
         rows[number]

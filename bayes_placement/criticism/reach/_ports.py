@@ -16,7 +16,6 @@ from ...effects.scales import Scales
 from ...effects.strut import strut
 from ...experiment.applied import needs_other_lines
 from ...experiment.experiment import Experiment
-from ...experiment.observe import Complex
 from ...inference.residuals import Problem, fields_of
 from ...laws import Law, Spring
 from ...laws.catalogue import leaves, networks
@@ -143,7 +142,7 @@ def ports_of(experiment: Experiment) -> list[Port]:
 
 
 def can_be_reached(problem: Problem) -> bool:
-    """Whether laws can be read from what was measured: complex FRFs of one force level.
+    """Whether laws can be tried on what was measured: FRFs of one force level.
 
     A model error takes up much of what a free law does, unless an earlier state tells it.
 
@@ -153,7 +152,7 @@ def can_be_reached(problem: Problem) -> bool:
         The problem of the model, exact where there is no earlier state.
     """
     experiment = problem.experiment
-    is_plain = isinstance(experiment.observe, Complex) and experiment.force_levels is None
+    is_plain = not experiment.observe.is_modal and experiment.force_levels is None
     is_known = experiment.model_error is None or problem.baseline is not None
     return is_plain and is_known and _is_applied(experiment)
 

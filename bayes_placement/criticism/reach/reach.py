@@ -19,11 +19,17 @@ from ..locations import locations
 from ._as_measured import as_measured
 from ._at_port import AnyPort, ReachOfPort
 from ._channels import CHANNELS
-from ._free_law import Free, Points
+from ._free_law import Free, Points, tells_phase
 from ._named_laws import NamedLaw, reached_channels, simplest
 
 PLACES = ("x", "y", "z", "to_x", "to_y", "to_z")
 """Columns of places [m]: where a law acts, and the other end of a strut."""
+
+OF_AMPLITUDES = (
+    "From amplitudes only laws of few numbers are tried, and no factors of channels: a law that is "
+    "free at each line has two unknowns there, and each channel gives one equation. Measure the "
+    "phase to read the law line by line."
+)
 
 HALF = 0.5
 """Share of the misfit below which what removes it explains less than what is left does."""
@@ -41,14 +47,15 @@ class Reach:
         other end of a strut `to_x`, `to_y`, `to_z` [m], NaN where there is none; and two shares of
         the misfit above noise [1]: what `any_law` there could remove, and what a passive one of
         `few_numbers` does. Of channels the law is a factor on their FRFs. Any factor on a sensor
-        with one actuator removes all misfit of that sensor: there `few_numbers` decides.
+        with one actuator removes all misfit of that sensor: there `few_numbers` decides. From
+        amplitudes `any_law` is NaN and channels are not tried.
     laws
         A row for the best laws, fitted in full with their places: `acts_on`, `setting` and place as
         above, the `law`, `few_numbers` [1], `chi2_per_datum`, and `probability` [1] among them.
     chi2_per_datum
         Of the model as given.
     measured
-        The law as measured at each kind of port, see `law_as_measured`.
+        The law as measured at each kind of port, see `law_as_measured`; none of amplitudes.
     fails
         Whether the model as given misses the data by more than noise; None of unknown noise.
     is_new
@@ -75,7 +82,7 @@ class Reach:
         best = self.laws.drop_duplicates("acts_on").join(most, on=["acts_on", "setting"])
         table = best.set_index("acts_on").assign(probability=shares)
         # Curves are of places on a grid, the best law of a place of its own.
-        table["any_law"] = table[["any_law", "few_numbers"]].max(axis=1)
+        table["any_law"] = table[["any_law", "few_numbers"]].max(axis=1, skipna=False)
         return table.sort_values("probability", ascending=False)
 
     def law_as_measured(self, acts_on: str | None = None) -> pd.DataFrame:
@@ -100,8 +107,13 @@ class Reach:
         Raises
         ------
         InputError
-            If the structure has no such port.
+            If the structure has no such port, or amplitudes alone were measured.
         """
+        if not self.measured:
+            raise InputError(
+                "Reach of amplitudes was given; complex FRFs are needed, since a law has two parts "
+                "at each line and an amplitude is one number: observe=bp.observe.Complex()."
+            )
         kind = str(self.laws["acts_on"].iloc[0]) if acts_on is None else acts_on
         if kind not in self.measured:
             raise InputError(
@@ -128,7 +140,7 @@ class Reach:
                     {
                         "setting": str(place["setting"]),
                         "place_m": _numbers(place),
-                        "any_law": float(place["any_law"]),
+                        "any_law": _number_or_none(place["any_law"]),
                         "few_numbers": float(place["few_numbers"]),
                     }
                     for _, place in self.curves[self.curves["acts_on"] == acts_on].iterrows()
@@ -151,10 +163,11 @@ class Reach:
             *self._none_explains(kinds),
             *(
                 f"{_subject(acts_on, row)}: {row['law'].in_words()} removes "
-                f"{row['few_numbers']:.0%} of the misfit (probability {row['probability']:.2g}), "
-                f"any law up to {row['any_law']:.0%}."
+                f"{row['few_numbers']:.0%} of the misfit (probability {row['probability']:.2g})"
+                f"{_by_any_law(row)}."
                 for acts_on, row in kinds.iterrows()
             ),
+            *([] if self.measured else [OF_AMPLITUDES]),
         ]
         return [f"New since the baseline: {first}" if self.is_new else first, *others]
 
@@ -169,7 +182,7 @@ class Reach:
             f"{any_law:.0%}."
             if any_law < HALF
             else f"No single attachment of few numbers explains this: the best place removes "
-            f"{few:.0%}, any law up to {any_law:.0%}."
+            f"{few:.0%}{_by_any_law({'any_law': any_law})}."
         )
         return [f"{found} Look at supports and dimensions."]
 
@@ -178,6 +191,11 @@ class Reach:
 
     def _repr_html_(self) -> str:
         return notebook_html(repr(self), self.kinds(), self.words()[1:])
+
+
+def _by_any_law(row: Any) -> str:
+    """What any law could remove, in words; nothing of amplitudes."""
+    return f", any law up to {row['any_law']:.0%}" if np.isfinite(row["any_law"]) else ""
 
 
 def only_port(reach: Reach | None, acts_on: Sequence[str]) -> str | None:
@@ -226,6 +244,7 @@ def reach_of(
     measured = {
         kind: as_measured(best[kind], of_port[id(best[kind].port)].free.released())
         for kind in dict.fromkeys(curves["acts_on"])
+        if tells_phase(problem)
     }
     fails = bool(chi2.sf(squares, problem.count) < LEVEL) if _is_noise_known(problem) else None
     is_new = problem.baseline is not None
@@ -284,6 +303,10 @@ def _numbers(row: Any) -> list[list[float]]:
     ends = [[float(row[name]) for name in names] for names in (PLACES[:3], PLACES[3:])]
     known = [[number for number in end if np.isfinite(number)] for end in ends]
     return [end for end in known if end]
+
+
+def _number_or_none(value: Any) -> float | None:
+    return float(value) if np.isfinite(value) else None
 
 
 def _subject(acts_on: Any, row: Any) -> str:

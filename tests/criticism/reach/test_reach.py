@@ -103,12 +103,6 @@ def test_a_kind_of_port_that_is_not_there_is_refused():
         reached(maxwell, False).law_as_measured("torsion")
 
 
-def test_amplitudes_are_refused():
-    setup = experiment(bp.observe.LogAmplitude("acceleration"))
-    with pytest.raises(InputError, match="complex FRFs"):
-        bp.reach(setup, measured(maxwell))
-
-
 @pytest.mark.parametrize(
     ("acts_on", "port"),
     [(["rotation"], "rotation"), ([], None), (["channel"], None), (["rotation", "cut"], None)],
