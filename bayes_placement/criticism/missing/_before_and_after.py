@@ -99,7 +99,7 @@ def compared_with_baseline(
         singles.append(fitted(candidate, rival_among([null, *singles])))
     comparison = Comparison([null, *finite(singles)], variants, candidates)
     if tried.networks:
-        comparison = with_networks(comparison, null, tick)
+        comparison = with_networks(comparison, null, tick, unchanged)
     for depth in range(1, most_effects):
         if not wants_more_effects(comparison, depth, level):
             break

@@ -47,7 +47,9 @@ WITHIN = 2 * STRONG
 """Log odds behind the best network from which on others are left out."""
 
 
-def with_networks(comparison: Comparison, base: Hypothesis, tick: Tick) -> Comparison:
+def with_networks(
+    comparison: Comparison, base: Hypothesis, tick: Tick, before: Hypothesis | None = None
+) -> Comparison:
     """Add the networks of the greatest odds at ports of a hypothesis, each fitted.
 
     None where it passes its check, or where there is no complex FRF at which a law is read. Of two
@@ -61,13 +63,17 @@ def with_networks(comparison: Comparison, base: Hypothesis, tick: Tick) -> Compa
         One of them, to which a network is added.
     tick
         Called once for each kind of port.
+    before
+        The same hypothesis as an earlier state tells it, with its sizes of a model error: of the
+        fit to both states these take up what is new.
     """
     reads_laws = tells_phase(base.problem) and can_be_reached(base.problem)
     if passes(base, LEVEL) or not reads_laws:
         return comparison
-    ports, found = reached_ports(base.problem, base.fit.point, tick)
+    known = before or base
+    ports, found = reached_ports(known.problem, known.fit.point, tick)
     if not base.effects:
-        reach = reach_of(base.problem, base.fit, ports, found)
+        reach = reach_of(known.problem, base.fit, ports, found)
         comparison = comparison._replace(reach=reach)
     listed = _listed(comparison)
     told = [law for law in simplest(found) if not _is_one_of(listed, law)]

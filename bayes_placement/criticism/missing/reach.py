@@ -73,28 +73,28 @@ def reach(
     """
     check_experiment(experiment, "reach")
     data = experiment.data(measurement)
-    null = (
-        null_hypothesis(experiment.with_errors(None), data)
-        if baseline is None
-        else _as_before(experiment, data, baseline, model_error)
-    )
-    if not can_be_reached(null.problem):
+    if baseline is None:
+        known = null = null_hypothesis(experiment.with_errors(None), data)
+    else:
+        known = _as_before(experiment, data, baseline, model_error)
+        null = nothing_new(known)
+    if not can_be_reached(known.problem):
         raise InputError(
             f"{experiment.observe!r} was given; FRFs at one force level are needed, and no effect "
             "that changes the record or the size of the structure, since a law is read from the "
             "response at each line: observe=bp.observe.Complex()."
         )
-    tick = ticks(progress, len(ports_of(null.problem.experiment)), (0.0, 1.0))
-    reached = reached_ports(null.problem, null.fit.point, tick)
-    return reach_of(null.problem, null.fit, *reached)
+    tick = ticks(progress, len(ports_of(known.problem.experiment)), (0.0, 1.0))
+    reached = reached_ports(known.problem, known.fit.point, tick)
+    return reach_of(known.problem, null.fit, *reached)
 
 
 def _as_before(
     experiment: Experiment, data: Data, baseline: Measurements, rival: Modal | None
 ) -> Hypothesis:
-    """The model fitted to two states, nothing being new; with a model error if it needs one."""
+    """The model of two states as the earlier one tells it; with a model error if it needs one."""
     earlier = state_of(experiment, baseline)
     before = fitted_baseline(earlier, experiment.model_error)
     if experiment.model_error is None and rival is not None and not passes(before, LEVEL):
         return _as_before(experiment.with_model_error(rival), data, baseline, None)
-    return nothing_new(over_both(State(experiment, data), earlier, before))
+    return over_both(State(experiment, data), earlier, before)

@@ -105,7 +105,7 @@ def _reach_at(port: AnyPort, free: Free, start: Point, places: Any, which: Any) 
     else:
         points, squares = starts, np.full(len(places), np.nan)
     found = fitted_laws(port, free, rows_of(port, free), points, which, -FOLLOWED, MOST_LINES)
-    # Of amplitudes there are two points for each place.
+    # Of amplitudes there may be two points for each place.
     laws, cost, evidence = (_by_place(each, len(places)) for each in found)
     best = np.argmax(evidence, axis=1)
     each = np.arange(len(places))
@@ -119,17 +119,23 @@ def _by_place(values: Any, places: int) -> Any:
 
 
 def _starts(start: Point, free: Free, places: Any) -> Points:
-    """At each place the fit without a law; then at each the medians of priors."""
+    """At each place the fit without a law; then at each the medians of priors.
+
+    The fit may have taken up what is missing; but not one that an earlier state tells.
+    """
     fitted = np.repeat(start[None], len(places), axis=0)
-    starts = np.concatenate([fitted, np.zeros_like(fitted)])
-    starts[:, free.held] = np.concatenate([places, places])
-    return starts
+    fitted[:, free.held] = places
+    if free.problem.baseline is not None:
+        return fitted
+    medians = np.zeros_like(fitted)
+    medians[:, free.held] = places
+    return np.concatenate([fitted, medians])
 
 
 def _with_free_law(starts: Points, free: Free, places: int) -> tuple[Points, Any]:
-    """All else fitted at each place, from two starts."""
+    """All else fitted at each place, from all starts there."""
     ends, normal = minimise(AnyLaw(free), starts, steps=12)
-    costs = np.nan_to_num(normal.cost, nan=np.inf).reshape(2, -1)
+    costs = np.nan_to_num(normal.cost, nan=np.inf).reshape(-1, places)
     best, numbers = np.argmin(costs, axis=0), np.arange(places)
     chosen = best * places + numbers
     return ends[chosen], normal.squares[chosen]
