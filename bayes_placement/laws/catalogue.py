@@ -1,9 +1,7 @@
 """All networks of a few elements, and which of them no measurement tells apart."""
 
-import functools
 import itertools
 import json
-import operator
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -73,44 +71,6 @@ def is_grounded(tree: Tree) -> bool:
         return True
     heavy = [part for part in tree[1:] if "m" in leaves(part)]
     return (tree[0] == "|" or len(heavy) < 2) and all(is_grounded(part) for part in tree[1:])
-
-
-def without_one_element(law: Law) -> list[Law]:
-    """Irreducible networks that are left of one once any of its elements is taken out.
-
-    Parameters
-    ----------
-    law
-        The network.
-
-    Examples
-    --------
-    >>> without_one_element(Mass(0.3) | (Dashpot(40.0) - Mass(0.1)))
-    [Dashpot(40.0) - Mass(0.1), Mass(0.3) | Dashpot(40.0)]
-    """
-    left = {json.dumps(canonical(fewer.tree())): fewer for fewer in _with_one_less(law)}
-    # Where equal elements merge the network has fewer elements yet.
-    return [
-        fewer
-        for tree, fewer in left.items()
-        if len(leaves(json.loads(tree))) == len(leaves(fewer.tree()))
-    ]
-
-
-def _with_one_less(law: Law) -> Iterator[Law]:
-    if not isinstance(law, Parallel | Series):
-        return
-    for number, part in enumerate(law.parts):
-        others = law.parts[:number] + law.parts[number + 1 :]
-        if isinstance(part, Element):
-            yield _joined(law, others)
-        for fewer in _with_one_less(part):
-            yield _joined(law, (*others, fewer))
-
-
-def _joined(law: Parallel | Series, parts: Sequence[Law]) -> Law:
-    """Parts in parallel or in series, as those of a group."""
-    return functools.reduce(operator.or_ if law.sign == "|" else operator.sub, parts)
 
 
 def leaves(tree: Tree) -> list[str]:

@@ -25,7 +25,7 @@ from ._hypotheses import (
     problem_with_errors,
     rival_among,
 )
-from ._networks import priors_of_networks, with_one_more_network, with_simpler_laws
+from ._networks import priors_of_networks, with_one_more_network, with_other_laws
 from ._posterior_odds import (
     Comparison,
     explains,
@@ -263,7 +263,7 @@ def _deepened(
         comparison = one_more_effect(comparison, depth, tick, breadth)
         if question.tried.networks and wants_more_effects(comparison, depth, question.level):
             comparison = with_one_more_network(comparison, depth, tick)
-        comparison = with_simpler_laws(comparison, tick)
+        comparison = with_other_laws(comparison, tick)
     return comparison
 
 

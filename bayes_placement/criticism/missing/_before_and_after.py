@@ -23,7 +23,7 @@ from ...inference.residuals_of_state import State
 from ._fitted_candidates import extended
 from ._hypotheses import Hypothesis, finite, null_hypothesis, rival_among, with_errors
 from ._kept_fits import NO_RIVAL, kept_with_sizes
-from ._networks import with_networks, with_one_more_network, with_simpler_laws
+from ._networks import with_networks, with_one_more_network, with_other_laws
 from ._posterior_odds import Comparison, passes, wants_more_effects
 from ._repeated import may_be_added, named_alike
 from ._scan import best_places
@@ -114,7 +114,7 @@ def compared_with_baseline(
         comparison = comparison.with_hypotheses(extended(pairs, tick))
         if tried.networks and wants_more_effects(comparison, depth, level):
             comparison = with_one_more_network(comparison, depth, tick)
-        comparison = with_simpler_laws(comparison, tick)
+        comparison = with_other_laws(comparison, tick)
     return unchanged, comparison
 
 

@@ -17,12 +17,11 @@ from ...inference.chi2 import LEVEL
 from ...inference.engines.empirical_bayes import SOFTENING
 from ...inference.engines.levenberg_marquardt import best_fit, minimise
 from ...inference.residuals import Problem, fields_of
-from ...laws.canonical import canonical
-from ...laws.catalogue import leaves, without_one_element
+from ...laws import Spring
 from ...laws.law import Tree
 from ...laws.rows import coordinates_of_numbers
 from ..reach._free_law import tells_phase
-from ..reach._named_laws import NamedLaw, log_prior, reached_ports, simplest
+from ..reach._named_laws import NamedLaw, laws_at_place, log_prior, reached_ports, simplest
 from ..reach._ports import NAME, Port, can_be_reached, place_columns, ports_of, trees_at
 from ..reach.reach import reach_of
 from ._candidates import numbered
@@ -77,13 +76,17 @@ def with_networks(
         comparison = comparison._replace(reach=reach)
     listed = _listed(comparison)
     told = [law for law in simplest(found) if not _is_one_of(listed, law)]
-    if not told:
-        return comparison
-    odds = np.array([law.log_odds for law in told])
-    order = [n for n in np.argsort(-odds) if odds[n] > np.max(odds) - WITHIN][:FITTED]
-    hypotheses = [_as_hypothesis(base, told[n]) for n in order]
+    return _with_laws(comparison, base, told)
+
+
+def _with_laws(comparison: Comparison, base: Hypothesis, laws: Sequence[NamedLaw]) -> Comparison:
+    """Add the laws of the greatest odds to a hypothesis, each fitted as an effect."""
+    odds = np.array([law.log_odds for law in laws])
+    least = np.max(odds, initial=-np.inf) - WITHIN
+    chosen = [laws[number] for number in np.argsort(-odds) if odds[number] > least][:FITTED]
+    hypotheses = [_as_hypothesis(base, law) for law in chosen]
     kinds = [kind_of(hypothesis.effects[-1]) for hypothesis in hypotheses]
-    priors = {kind: told[n].log_prior for kind, n in zip(kinds, order, strict=True)}
+    priors = {kind: law.log_prior for kind, law in zip(kinds, chosen, strict=True)}
     return comparison.with_hypotheses(finite(hypotheses), priors)
 
 
@@ -104,54 +107,47 @@ def with_one_more_network(comparison: Comparison, depth: int, tick: Tick) -> Com
     return with_networks(comparison, ranked[0], tick) if ranked else comparison
 
 
-def with_simpler_laws(comparison: Comparison, tick: Tick) -> Comparison:
-    """Try fewer elements in the place of each network of the best hypothesis of several effects.
+def with_other_laws(comparison: Comparison, tick: Tick) -> Comparison:
+    """Try all networks in the place of each one of the best hypothesis of several effects.
 
-    Beside the others a network may do no more than a part of it: alone, it took up a little of what
-    they do.
+    Alone, a network took up a little of what the others do: beside them it may be another one.
 
     Parameters
     ----------
     comparison
         Hypotheses.
     tick
-        Called once for each law that is tried.
+        Called once for each network that is replaced.
     """
     best, null = comparison.best(), comparison.of(())
     networks = [effect for effect in best.effects if kind_of(effect) in comparison.networks]
-    if len(best.effects) < 2 or not networks:
+    if len(best.effects) < 2 or not can_be_reached(null.problem):
         return comparison
-    pairs: list[Pair] = []
-    priors: dict[str, float] = {}
     for effect in networks:
         rest = without(best, effect.name, null)
-        parts = _parts_of(effect, _listed(comparison))
-        priors |= {kind_of(part): _prior_of_part(part, effect, comparison) for part in parts}
-        pairs += [(rest, each) for each in (*_listed_parts(effect, comparison), *parts)]
-    return comparison.with_hypotheses(extended(pairs, tick), priors)
+        laws = simplest(_laws_at_place_of(effect, best, rest))
+        listed = _listed(comparison)
+        comparison = _with_laws(comparison, rest, [x for x in laws if not _is_one_of(listed, x)])
+        pairs: list[Pair] = [(rest, each) for each in _listed_effects(comparison, laws)]
+        comparison = comparison.with_hypotheses(extended(pairs, tick))
+        tick()
+    return comparison
 
 
-def _parts_of(effect: Any, listed: Sequence[Tree]) -> list[Any]:
-    """Networks of an element less in the place of that of an effect, but for those of the list."""
-    told = listed if effect.acts_on == "displacement" else ()
-    fewer = without_one_element(effect.law)
-    return [replace(effect, law=law) for law in fewer if canonical(law.tree()) not in told]
+def _laws_at_place_of(effect: Any, best: Hypothesis, rest: Hypothesis) -> list[NamedLaw]:
+    """Every network at the place of an effect, beside the others."""
+    port = Port(effect.acts_on, replace(effect, law=Spring(1.0), name=NAME))
+    columns = place_columns(Port(effect.acts_on, effect), best.problem)
+    pieces = sum(each.acts_on == port.acts_on for each in ports_of(rest.problem.experiment))
+    place = best.fit.point[None, columns]
+    return laws_at_place(rest.problem, rest.fit.point, port, place, pieces)
 
 
-def _listed_parts(effect: Any, comparison: Comparison) -> list[Effect]:
-    """Effects of the library of fewer elements, where a network acts on a displacement."""
-    count = len(leaves(effect.law.tree())) if effect.acts_on == "displacement" else 0
-    fewer = {kind for kind, tree in LISTED.items() if len(leaves(tree)) < count}
-    tried = (candidate.effect for candidate in comparison.candidates)
-    return [effect for effect in tried if kind_of(effect) in fewer]
-
-
-def _prior_of_part(part: Any, whole: Any, comparison: Comparison) -> float:
-    """Log prior of a network of fewer elements on the same port as another one."""
-    of_part, of_whole = (
-        log_prior(effect.law.tree(), trees_at(effect.acts_on)) for effect in (part, whole)
-    )
-    return comparison.networks[kind_of(whole)] + of_part - of_whole
+def _listed_effects(comparison: Comparison, laws: Sequence[NamedLaw]) -> list[Effect]:
+    """Candidates of the library that are these networks on a displacement."""
+    trees = [law.tree for law in laws if law.port.acts_on == "displacement"]
+    kinds = {kind for kind, tree in LISTED.items() if tree in trees}
+    return [each.effect for each in comparison.candidates if kind_of(each.effect) in kinds]
 
 
 def priors_of_networks(hypothesis: Hypothesis, comparison: Comparison) -> dict[str, float]:

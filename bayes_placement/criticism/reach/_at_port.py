@@ -62,7 +62,9 @@ class ReachOfPort(NamedTuple):
         return rows_of(self.port, self.free)
 
 
-def reach_of_port(base: Problem, point: Point, port: Port) -> ReachOfPort:
+def reach_of_port(
+    base: Problem, point: Point, port: Port, places: Points | None = None
+) -> ReachOfPort:
     """Fit all else at each place with a free law, then laws of a few numbers there.
 
     Parameters
@@ -73,13 +75,16 @@ def reach_of_port(base: Problem, point: Point, port: Port) -> ReachOfPort:
         Its fit.
     port
         The kind of port.
+    places
+        Coordinates of the places; all over the structure by default.
     """
     problem = base.with_effect(port.effect)
     columns = place_columns(port, problem)
     free = FreeLaw(problem, columns)
     start = point_in_problem(base, point, problem)
     which = np.array(largest(port.trees()))
-    return _reach_at(port, free, start, grid(port, len(columns)), which)
+    tried = grid(port, len(columns)) if places is None else places
+    return _reach_at(port, free, start, tried, which)
 
 
 def reach_of_channel(base: Problem, point: Point, port: ChannelPort) -> ReachOfPort:

@@ -27,7 +27,7 @@ from ._channels import channels_of
 from ._filters import ChannelFilter
 from ._free_law import Points, tells_phase
 from ._laws_in_full import LawsInFull
-from ._ports import ports_of
+from ._ports import Port, ports_of
 
 MOST_LINES = 400
 """Lines at which all networks are fitted: these are starts only."""
@@ -220,6 +220,28 @@ def laws_with_names(reach: ReachOfPort, pieces: int) -> list[NamedLaw]:
     """
     chosen = np.argsort(-reach.log_evidence)[:BEST_PLACES]
     return _laws_at(reach, reach.points[chosen], pieces)
+
+
+def laws_at_place(
+    problem: Problem, point: Point, port: Port, place: Points, pieces: int
+) -> list[NamedLaw]:
+    """Every network at one place of a port; the best of them in full, with it.
+
+    Parameters
+    ----------
+    problem
+        The problem of the model.
+    point
+        Its fit.
+    port
+        The kind of port.
+    place
+        Coordinates of the place [1, coordinate].
+    pieces
+        Number of ports of this kind.
+    """
+    reach = reach_of_port(problem, point, port, place)
+    return _laws_at(reach, reach.points, pieces)
 
 
 def _laws_at(reach: ReachOfPort, points: Points, pieces: int) -> list[NamedLaw]:

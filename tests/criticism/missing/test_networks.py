@@ -13,7 +13,7 @@ from bayes_placement.criticism.missing._networks import (
     LISTED,
     _is_one_of,
     with_networks,
-    with_simpler_laws,
+    with_other_laws,
 )
 from bayes_placement.criticism.missing._posterior_odds import p_value
 from bayes_placement.criticism.missing._search import single_effects
@@ -140,7 +140,7 @@ def test_beside_a_second_effect_a_network_gives_way_to_a_part_of_it():
     (both,) = extended([(first, mass)], lambda: None)
     with_network = singles.with_hypotheses([both], {first.kinds[0]: -3.0})
     assert with_network.best().kinds == both.kinds
-    simpler = with_simpler_laws(with_network, lambda: None)
+    simpler = with_other_laws(with_network, lambda: None)
     assert simpler.best().kinds == ("point_mass", "point_mass")
     assert p_value(simpler.best()) > 0.01
     tried = {kind for hypothesis in simpler.hypotheses for kind in hypothesis.kinds}
