@@ -10,6 +10,7 @@ from ...experiment.noise import Data
 from ...inference.chi2 import LEVEL
 from ...inference.residuals_of_state import State
 from ..reach._named_laws import reached_ports
+from ..reach._of_modes import ports_of_effects, reached_modes
 from ..reach._ports import can_be_reached, ports_of
 from ..reach.reach import Reach, reach_of
 from ._answers import ticks
@@ -43,7 +44,8 @@ def reach(
         The model as given, with its priors.
     measurement
         Measured FRFs. Of amplitudes alone only laws of few numbers are tried: one that is free at
-        each line has two unknowns there, and each channel gives one equation.
+        each line has two unknowns there, and each channel gives one equation. Of modal parameters a
+        mass, a spring, a dashpot or a local loss of stiffness.
     baseline
         What was measured before, in an earlier state of the same structure: all unknowns are
         shared, and laws act in the later state alone, so that they are what is new since. Its lines
@@ -63,8 +65,8 @@ def reach(
     Raises
     ------
     InputError
-        If no law can be read: of modal parameters, at several force levels, or where an effect of
-        the model needs other lines than the measured ones.
+        If no law can be read: at several force levels, of modal parameters of two states, or where
+        an effect of the model needs other lines than the measured ones.
 
     Examples
     --------
@@ -78,14 +80,16 @@ def reach(
     else:
         known = _as_before(experiment, data, baseline, model_error)
         null = nothing_new(known)
-    if not can_be_reached(known.problem):
+    is_modal = experiment.observe.is_modal
+    if not is_modal and not can_be_reached(known.problem):
         raise InputError(
             f"{experiment.observe!r} was given; FRFs at one force level are needed, and no effect "
             "that changes the record or the size of the structure, since a law is read from the "
             "response at each line: observe=bp.observe.Complex()."
         )
-    tick = ticks(progress, len(ports_of(known.problem.experiment)), (0.0, 1.0))
-    reached = reached_ports(known.problem, known.fit.point, tick)
+    ports, reached_at = (ports_of_effects, reached_modes) if is_modal else (ports_of, reached_ports)
+    tick = ticks(progress, len(ports(known.problem.experiment)), (0.0, 1.0))
+    reached = reached_at(known.problem, known.fit.point, tick)
     return reach_of(known.problem, null.fit, *reached)
 
 

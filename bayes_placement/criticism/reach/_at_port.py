@@ -57,6 +57,11 @@ class ReachOfPort(NamedTuple):
     squares_of_law: Float[np.ndarray, "place"]
     log_evidence: Float[np.ndarray, "place"]
 
+    @property
+    def problem(self) -> Problem:
+        """The problem with a law at the port."""
+        return self.free.problem
+
     def rows(self) -> Rows:
         """The laws of few numbers of the kind of port."""
         return rows_of(self.port, self.free)

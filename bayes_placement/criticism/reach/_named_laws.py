@@ -24,6 +24,7 @@ from ._at_port import (
     reach_of_port,
 )
 from ._channels import channels_of
+from ._effect_as_law import EffectAsLaw
 from ._filters import ChannelFilter
 from ._free_law import Points, tells_phase
 from ._laws_in_full import LawsInFull
@@ -58,7 +59,7 @@ class NamedLaw(NamedTuple):
     tree
         The network, or the filter.
     law
-        The network, or the filter, with its numbers.
+        The network, or the filter, with its numbers; of modal parameters an effect.
     rows
         All that were tried there.
     point
@@ -73,7 +74,7 @@ class NamedLaw(NamedTuple):
 
     port: Any
     tree: Tree
-    law: Law | ChannelFilter
+    law: Law | ChannelFilter | EffectAsLaw
     rows: Any
     point: Float[np.ndarray, "unknown"]
     numbers: Float[np.ndarray, "number"]

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -19,16 +19,26 @@ from ..locations import locations
 from ._as_measured import as_measured
 from ._at_port import AnyPort, ReachOfPort
 from ._channels import CHANNELS
-from ._free_law import Free, Points, tells_phase
+from ._free_law import Points, tells_phase
 from ._named_laws import NamedLaw, reached_channels, simplest
+from ._of_modes import ReachOfEffect
 
 PLACES = ("x", "y", "z", "to_x", "to_y", "to_z")
 """Columns of places [m]: where a law acts, and the other end of a strut."""
+
+Reached: TypeAlias = ReachOfPort | ReachOfEffect
+"""What laws at a port can do, or of modal parameters effects."""
 
 OF_AMPLITUDES = (
     "From amplitudes only laws of few numbers are tried, and no factors of channels: a law that is "
     "free at each line has two unknowns there, and each channel gives one equation. Measure the "
     "phase to read the law line by line."
+)
+
+OF_MODES = (
+    "From modal parameters no law over frequency can be read, and no factor of a channel: at each "
+    "place a mass, a spring, a dashpot or a local loss of stiffness is tried. Measure FRFs to read "
+    "the law."
 )
 
 HALF = 0.5
@@ -48,18 +58,20 @@ class Reach:
         the misfit above noise [1]: what `any_law` there could remove, and what a passive one of
         `few_numbers` does. Of channels the law is a factor on their FRFs. Any factor on a sensor
         with one actuator removes all misfit of that sensor: there `few_numbers` decides. From
-        amplitudes `any_law` is NaN and channels are not tried.
+        amplitudes and modal parameters `any_law` is NaN and channels are not tried.
     laws
         A row for the best laws, fitted in full with their places: `acts_on`, `setting` and place as
         above, the `law`, `few_numbers` [1], `chi2_per_datum`, and `probability` [1] among them.
     chi2_per_datum
         Of the model as given.
     measured
-        The law as measured at each kind of port, see `law_as_measured`; none of amplitudes.
+        The law as measured at each kind of port, see `law_as_measured`; of complex FRFs.
     fails
         Whether the model as given misses the data by more than noise; None of unknown noise.
     is_new
         Whether laws act in the later of two states alone: what is new since the baseline.
+    limits
+        What such data do not tell, in words; empty of complex FRFs.
 
     Examples
     --------
@@ -74,6 +86,7 @@ class Reach:
     measured: Mapping[str, pd.DataFrame] = field(repr=False)
     fails: bool | None
     is_new: bool = False
+    limits: str = ""
 
     def kinds(self) -> pd.DataFrame:
         """Best law of each kind of port, and the probability of the kind; the greatest first."""
@@ -107,12 +120,12 @@ class Reach:
         Raises
         ------
         InputError
-            If the structure has no such port, or amplitudes alone were measured.
+            If the structure has no such port, or no complex FRFs were measured.
         """
         if not self.measured:
             raise InputError(
-                "Reach of amplitudes was given; complex FRFs are needed, since a law has two parts "
-                "at each line and an amplitude is one number: observe=bp.observe.Complex()."
+                "Reach of amplitudes or modes was given; complex FRFs are needed, since a law has "
+                "two parts at each line: observe=bp.observe.Complex()."
             )
         kind = str(self.laws["acts_on"].iloc[0]) if acts_on is None else acts_on
         if kind not in self.measured:
@@ -167,7 +180,7 @@ class Reach:
                 f"{_by_any_law(row)}."
                 for acts_on, row in kinds.iterrows()
             ),
-            *([] if self.measured else [OF_AMPLITUDES]),
+            *filter(None, [self.limits]),
         ]
         return [f"New since the baseline: {first}" if self.is_new else first, *others]
 
@@ -217,7 +230,7 @@ def only_port(reach: Reach | None, acts_on: Sequence[str]) -> str | None:
 
 
 def reach_of(
-    problem: Problem, fit: Fit, ports: Sequence[ReachOfPort], laws: Sequence[NamedLaw]
+    problem: Problem, fit: Fit, ports: Sequence[Reached], laws: Sequence[NamedLaw]
 ) -> Reach:
     """Lay out what laws at ports can do, and what factors on channels do.
 
@@ -234,6 +247,7 @@ def reach_of(
     """
     channels, filters = reached_channels(problem, fit.point)
     squares, reaches = fit.squares, [*ports, *channels]
+    frees = {id(each.port): each.free for each in reaches if isinstance(each, ReachOfPort)}
     curves = pd.concat([_curve(reached, squares) for reached in reaches])
     of_port = {id(reached.port): reached for reached in reaches}
     told = sorted(simplest([*laws, *filters]), key=lambda law: law.log_odds, reverse=True)
@@ -242,14 +256,28 @@ def reach_of(
     table["probability"] = np.exp(odds - logsumexp(odds))
     best = {law.port.acts_on: law for law in reversed(told)}
     measured = {
-        kind: as_measured(best[kind], of_port[id(best[kind].port)].free.released())
+        kind: as_measured(best[kind], frees[id(best[kind].port)].released())
         for kind in dict.fromkeys(curves["acts_on"])
         if tells_phase(problem)
     }
     fails = bool(chi2.sf(squares, problem.count) < LEVEL) if _is_noise_known(problem) else None
-    is_new = problem.baseline is not None
     chi2_per_datum = squares / problem.count
-    return Reach(curves.reset_index(drop=True), table, chi2_per_datum, measured, fails, is_new)
+    return Reach(
+        curves.reset_index(drop=True),
+        table,
+        chi2_per_datum,
+        measured,
+        fails,
+        is_new=problem.baseline is not None,
+        limits=_limits(problem),
+    )
+
+
+def _limits(problem: Problem) -> str:
+    """What data of this kind do not tell."""
+    if problem.experiment.observe.is_modal:
+        return OF_MODES
+    return "" if tells_phase(problem) else OF_AMPLITUDES
 
 
 def _is_noise_known(problem: Problem) -> bool:
@@ -257,37 +285,37 @@ def _is_noise_known(problem: Problem) -> bool:
     return noise is not None and noise.deviation(problem.data) is not None
 
 
-def _curve(reached: ReachOfPort, squares: float) -> pd.DataFrame:
+def _curve(reached: Reached, squares: float) -> pd.DataFrame:
     """Rows of one kind of port on one piece."""
-    lines = reached.free.problem.data.z.shape[-1]
+    lines = reached.problem.data.z.shape[-1]
     # A free law takes two numbers at each line, whatever they explain.
-    by_any = _share(reached.squares + 2 * lines, squares, reached.free)
-    by_few = _share(reached.squares_of_law, squares, reached.free)
-    where = _where(reached.port, reached.free, reached.points)
+    by_any = _share(reached.squares + 2 * lines, squares, reached.problem)
+    by_few = _share(reached.squares_of_law, squares, reached.problem)
+    where = _where(reached.port, reached.problem, reached.points)
     return where.assign(any_law=by_any, few_numbers=by_few)
 
 
-def _law(law: NamedLaw, reached: ReachOfPort, squares: float) -> dict[str, Any]:
+def _law(law: NamedLaw, reached: Reached, squares: float) -> dict[str, Any]:
     """Row of a law that was fitted in full."""
-    where = _where(law.port, reached.free, law.point[None]).iloc[0].to_dict()
+    where = _where(law.port, reached.problem, law.point[None]).iloc[0].to_dict()
     return {str(name): value for name, value in where.items()} | {
         "law": law.law,
-        "few_numbers": float(_share(law.fit.squares, squares, reached.free)),
-        "chi2_per_datum": law.fit.squares / reached.free.problem.count,
+        "few_numbers": float(_share(law.fit.squares, squares, reached.problem)),
+        "chi2_per_datum": law.fit.squares / reached.problem.count,
     }
 
 
-def _share(left: Any, squares: float, free: Free) -> Any:
+def _share(left: Any, squares: float, problem: Problem) -> Any:
     """Share of the misfit above noise that is removed; zero where there is none."""
-    above = squares - free.problem.count
+    above = squares - problem.count
     return np.clip((squares - left) / above, 0.0, 1.0) if above > 0 else 0.0 * left
 
 
-def _where(port: AnyPort, free: Free, points: Points) -> pd.DataFrame:
+def _where(port: AnyPort, problem: Problem, points: Points) -> pd.DataFrame:
     """Kind, setting and places of a port at points."""
-    experiment = free.problem.experiment
+    experiment = problem.experiment
     effect = port.effect_in(experiment)
-    values = free.problem.coordinates.named(points)
+    values = problem.coordinates.named(points)
     ends = [
         locations(effect, experiment, values, len(points), field) for field in effect.place_fields
     ]
