@@ -1,16 +1,9 @@
 """Mass that each exciter adds to the structure where it drives."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
-from .._sites import unit
-from .._types import Parameter
-from .effect import Omega, Stiffness
-from .instrument_effect import InstrumentEffect
-from .scales import Scales
+from .prelude import InstrumentEffect, Omega, Parameter, Scales, Stiffness, unit
 
 
 class ActuatorMass(InstrumentEffect):
@@ -31,9 +24,9 @@ class ActuatorMass(InstrumentEffect):
     ['actuator_mass']
     """
 
-    changes_modes: ClassVar[bool] = False
-    absent: ClassVar[tuple[str, float]] = ("mass", 0.0)
-    loads: ClassVar[tuple[str, ...]] = ("actuator",)
+    changes_modes = False
+    absent = ("mass", 0.0)
+    loads = ("actuator",)
     mass: Parameter = eqx.field(metadata=unit("kg"))
     name: str = eqx.field(static=True, default="actuator_mass", kw_only=True)
 
@@ -42,11 +35,8 @@ class ActuatorMass(InstrumentEffect):
         return -(omega**2) * self.mass
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["ActuatorMass"]:
+    def suggest(cls, scales: Scales) -> list["ActuatorMass"]:
         """A mass of 0.001 % to 30 % of the structure's, where exciters may stay mounted."""
         if not scales.exciters_may_be_mounted:
             return []
         return [cls(LogUniform(scales.least_mass, 0.3 * scales.mass))]
-
-
-actuator_mass = ActuatorMass

@@ -1,21 +1,13 @@
 """Any law attached to one place of the structure."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 
-from .._sites import unit
-from .._types import Parameter
 from ..laws import Law
-from ..modes.modes import Modes
-from ..modes.points import Points
 from ..modes.ports import MOTIONS, rotation
 from ..positions.places import coordinates
-from .effect import Direction, NetworkAttachment, Place
 from .on_rotation import Footprint, check_rotation
 from .one_of import check_one_of
-from .scales import Scales
+from .prelude import Direction, Modes, NetworkAttachment, Parameter, Place, Points, Scales, unit
 
 
 class Attached(NetworkAttachment):
@@ -43,8 +35,8 @@ class Attached(NetworkAttachment):
     'structure.effects.mount.law.parts.2.viscosity'
     """
 
-    tried_by_default: ClassVar[bool] = False
-    absent: ClassVar[tuple[str, float]] = ("strength", 0.0)
+    tried_by_default = False
+    absent = ("strength", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     law: Law
     strength: Parameter = eqx.field(metadata=unit("1"), default=1.0)
@@ -87,9 +79,6 @@ class Attached(NetworkAttachment):
         return self.strength * self.law
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["Attached"]:
+    def suggest(cls, scales: Scales) -> list["Attached"]:
         """Return none: the law is yours."""
         return []
-
-
-attached = Attached

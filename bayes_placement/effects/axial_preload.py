@@ -1,23 +1,15 @@
 """A tension along a uniform beam."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import Distribution
 
 from .._compiled import compiled
-from .._sites import unit
-from .._types import Parameter
 from ..modes.beams.beams import UniformBeam
 from ..modes.changed import ChangedModes, changed, over_changed_modes
-from ..modes.modes import Modes
 from ..modes.underlying import required_beam
-from .effect import GlobalChange
-from .scales import Scales
-from .signed import log_uniform_of_either_sign
+from .prelude import GlobalChange, Modes, Parameter, Scales, log_uniform_of_either_sign, unit
 
 LEAST, COMPRESSION, TENSION = 1e-4, 0.8, 10.0
 """Of the buckling load: the least force that matters, the greatest ones of a default prior."""
@@ -42,7 +34,7 @@ class AxialPreload(GlobalChange):
     Structure: UniformBeam, Modal damping, with axial_preload
     """
 
-    absent: ClassVar[tuple[str, float]] = ("tension", 0.0)
+    absent = ("tension", 0.0)
     tension: Parameter = eqx.field(metadata=unit("N"))
     name: str = eqx.field(static=True, default="axial_preload", kw_only=True)
 
@@ -63,7 +55,7 @@ class AxialPreload(GlobalChange):
         return changed(modes, self.tension * slope)
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["AxialPreload"]:
+    def suggest(cls, scales: Scales) -> list["AxialPreload"]:
         """80 % of the buckling load in compression to ten times as much in tension.
 
         Log-uniform from 0.01 % of the buckling load on.
@@ -102,6 +94,3 @@ def _beam(modes: Modes) -> UniformBeam:
         "whose axial motion a preload does not change",
         "Name a member of the model: effects.member_preload(member, tension).",
     )
-
-
-axial_preload = AxialPreload

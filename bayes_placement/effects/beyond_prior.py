@@ -1,6 +1,6 @@
 """A number of the structure that lies beyond the end of its prior."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import equinox as eqx
@@ -8,12 +8,7 @@ import numpy as np
 from numpyro.distributions import Distribution, LogUniform, Uniform
 
 from .._ranges import Range, ends
-from .._sites import STANDS_FOR, unit
-from .._types import Parameter
-from ..modes.modes import Modes
-from .effect import StructureEffect
-from .instruments import Instruments
-from .scales import Scales
+from .prelude import STANDS_FOR, Instruments, Modes, Parameter, Scales, StructureEffect, unit
 
 FACTOR, WIDTHS = 3.0, 2.0
 """How far a default prior goes beyond the end of another one: up to a factor where that has no
@@ -67,7 +62,7 @@ class BeyondPrior(StructureEffect):
         return self.unknown
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["BeyondPrior"]:
+    def suggest(cls, scales: Scales) -> list["BeyondPrior"]:
         """Each number of the structure beyond each end of its prior.
 
         Places of transducers, their gains and delays are left out, for which there are other
@@ -92,6 +87,3 @@ def _beyond(prior: Distribution, within: Range | None) -> Iterator[Beyond]:
         yield low, scale(least, low)
     if high < most < np.inf:
         yield high, scale(high, most)
-
-
-beyond_prior = BeyondPrior

@@ -1,19 +1,10 @@
 """A delay of one sensor or actuator against all others."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 import jax.numpy as jnp
 
-from .._ranges import DELAY
-from .._sites import unit
-from .._types import Parameter
-from .effect import Omega
-from .instrument_effect import Factor
-from .instruments import Instruments, Number
 from .on_transducer import OnTransducer
-from .scales import Scales
+from .prelude import DELAY, Factor, Instruments, Number, Omega, Parameter, Scales, unit
 from .time_delay import delay_prior
 
 
@@ -40,8 +31,8 @@ class ChannelDelay(OnTransducer):
     ['channel_delay']
     """
 
-    changes_modes: ClassVar[bool] = False
-    absent: ClassVar[tuple[str, float]] = ("delay", 0.0)
+    changes_modes = False
+    absent = ("delay", 0.0)
     transducer: Number
     delay: Parameter = eqx.field(metadata=unit("s", within=DELAY))
     side: str = eqx.field(static=True, default="", kw_only=True)
@@ -53,7 +44,7 @@ class ChannelDelay(OnTransducer):
         return jnp.exp(-1j * omega * (self.affected(instruments) * self.delay))
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["ChannelDelay"]:
+    def suggest(cls, scales: Scales) -> list["ChannelDelay"]:
         """As `time_delay`, for each sensor and each actuator where there are others.
 
         A delay of the only sensor is `time_delay`.
@@ -64,6 +55,3 @@ class ChannelDelay(OnTransducer):
             for name in scales.instruments.side(side)
             if len(scales.instruments.side(side)) > 1
         ]
-
-
-channel_delay = ChannelDelay

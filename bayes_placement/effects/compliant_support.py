@@ -1,20 +1,12 @@
 """A support of a uniform bar or beam that is softer than assumed."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
-from .._sites import unit
-from .._types import InputError, Parameter
 from ..modes.beams.uniform_line import UniformLine
 from ..modes.hinges import Hinge
-from ..modes.modes import Modes
 from ..modes.underlying import required_line, underlying_line
-from .effect import Hinged
-from .instruments import Instruments
-from .scales import Scales
+from .prelude import Hinged, InputError, Instruments, Modes, Parameter, Scales, unit
 
 _HELD = {"fixed": ("rotation", "translation"), "pinned": ("translation",), "guided": ("rotation",)}
 
@@ -45,7 +37,8 @@ class CompliantSupport(Hinged):
     Structure: UniformBar, Modal damping, with compliant_support
     """
 
-    absent: ClassVar[tuple[str, float]] = ("compliance", 0.0)
+    absent = ("compliance", 0.0)
+    acts_on = "cut"
     compliance: Parameter = eqx.field(metadata=unit(_unit))
     end: str = eqx.field(static=True, default="left", kw_only=True)
     motion: str = eqx.field(static=True, default="rotation", kw_only=True)
@@ -69,11 +62,6 @@ class CompliantSupport(Hinged):
             )
         return self
 
-    @property
-    def acts_on(self) -> str:
-        """What it acts on, as a result says it."""
-        return "cut"
-
     def hinges(self, modes: Modes) -> list[Hinge]:
         """One hinge between the structure and its support."""
         line = underlying_line(modes)
@@ -86,7 +74,7 @@ class CompliantSupport(Hinged):
         return f"{self.end} end, {self.motion}"
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["CompliantSupport"]:
+    def suggest(cls, scales: Scales) -> list["CompliantSupport"]:
         """Each support, from ten times the compliance of the structure down.
 
         A rotation or the seat of a bar is tried down to 1e-5 of the compliance of the structure;
@@ -109,6 +97,3 @@ def supports(line: UniformLine) -> list[tuple[str, str]]:
     motions = _HELD if line.half_order == 2 else {"fixed": ("translation",)}
     pairs = zip(("left", "right"), line.ends, strict=True)
     return [(end, motion) for end, word in pairs for motion in motions.get(word, ())]
-
-
-compliant_support = CompliantSupport

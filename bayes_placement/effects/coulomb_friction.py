@@ -1,20 +1,13 @@
 """Dry friction between one place of the structure and the ground."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 from numpyro.distributions import LogUniform
 
-from .._ranges import NOT_NEGATIVE, POSITIVE
-from .._sites import unit
-from .._types import Parameter
 from ._describing_functions import circle_segment, limited_share, tried_places
 from .amplitude_attachment import AmplitudeAttachment
-from .effect import Direction, Omega, Place
-from .scales import Scales
+from .prelude import NOT_NEGATIVE, POSITIVE, Direction, Omega, Parameter, Place, Scales, unit
 
 
 class CoulombFriction(AmplitudeAttachment):
@@ -45,10 +38,10 @@ class CoulombFriction(AmplitudeAttachment):
     5e-07
     """
 
-    tried_by_default: ClassVar[bool] = False
-    changes_modes: ClassVar[bool] = False
+    tried_by_default = False
+    changes_modes = False
     # The force and not the stiffness: weak friction loses energy, a weak contact is a spring.
-    absent: ClassVar[tuple[str, float]] = ("force", 0.0)
+    absent = ("force", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     force: Parameter = eqx.field(metadata=unit("N", within=NOT_NEGATIVE))
     stiffness: Parameter = eqx.field(metadata=unit("N/m", within=POSITIVE))
@@ -68,7 +61,7 @@ class CoulombFriction(AmplitudeAttachment):
         return jnp.asarray(self.force / self.stiffness)
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["CoulombFriction"]:
+    def suggest(cls, scales: Scales) -> list["CoulombFriction"]:
         """Forces that matter at the amplitudes of this experiment; none if these are not known."""
         displacement, places = tried_places(scales)
         greatest = scales.stiffness * displacement
@@ -81,6 +74,3 @@ class CoulombFriction(AmplitudeAttachment):
             )
             for place, direction in places
         ]
-
-
-coulomb_friction = CoulombFriction

@@ -1,18 +1,11 @@
 """Cross-axis sensitivity of a sensor with several directions."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 import jax.numpy as jnp
 
-from .._sites import unit
-from .._types import InputError, Parameter, Receptance
-from ..modes.modes import Modes
-from .effect import Location, Omega
 from .instrument_effect import InstrumentEffect
 from .instruments import Instruments, Number
-from .scales import Scales
+from .prelude import InputError, Location, Modes, Omega, Parameter, Receptance, Scales, unit
 from .signed import log_uniform_of_either_sign
 
 
@@ -37,8 +30,8 @@ class CrossAxis(InstrumentEffect):
     ['cross_axis']
     """
 
-    tried_by_default: ClassVar[bool] = False
-    absent: ClassVar[tuple[str, float]] = ("share", 0.0)
+    tried_by_default = False
+    absent = ("share", 0.0)
     sensor: Number
     share: Parameter = eqx.field(metadata=unit("1"))
     name: str = eqx.field(static=True, default="cross_axis", kw_only=True)
@@ -77,11 +70,8 @@ class CrossAxis(InstrumentEffect):
         return f"sensor {instruments.name(self.sensor)}"
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["CrossAxis"]:
+    def suggest(cls, scales: Scales) -> list["CrossAxis"]:
         """Up to 10 % of either sign, log-uniform from 1e-4 on, for each sensor of several."""
         share = log_uniform_of_either_sign(1e-4, -0.1, 0.1)
         sensors = scales.instruments.sensors.items()
         return [cls(name, share) for name, sensor in sensors if len(sensor.directions) > 1]
-
-
-cross_axis = CrossAxis

@@ -1,18 +1,11 @@
 """A cubic spring between one place of the structure and the ground."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 from jaxtyping import Array, Float
 from numpyro.distributions import LogUniform
 
-from .._sites import unit
-from .._types import Parameter
 from ._describing_functions import tried_places
-from .amplitude_attachment import AmplitudeAttachment
-from .effect import Direction, Omega, Place
-from .scales import Scales
+from .prelude import AmplitudeAttachment, Direction, Omega, Parameter, Place, Scales, unit
 
 
 class CubicStiffness(AmplitudeAttachment):
@@ -39,8 +32,8 @@ class CubicStiffness(AmplitudeAttachment):
     ['cubic_stiffness']
     """
 
-    changes_modes: ClassVar[bool] = False
-    absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
+    changes_modes = False
+    absent = ("stiffness", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     stiffness: Parameter = eqx.field(metadata=unit("N/m3"))
     direction: Direction = eqx.field(default=None, kw_only=True)
@@ -53,12 +46,9 @@ class CubicStiffness(AmplitudeAttachment):
         return 0.75 * self.stiffness * amplitude**2
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["CubicStiffness"]:
+    def suggest(cls, scales: Scales) -> list["CubicStiffness"]:
         """A spring that matters at the amplitudes of this experiment; none without them."""
         displacement, places = tried_places(scales)
         middle = scales.stiffness / displacement**2
         stiffness = LogUniform(1e-4 * middle, 1e4 * middle)
         return [cls(place, stiffness, direction=direction) for place, direction in places]
-
-
-cubic_stiffness = CubicStiffness

@@ -1,22 +1,18 @@
 """A layer that damps a part of a bar or beam."""
 
 from collections.abc import Sequence
-from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform
 
 from .._ranges import POSITIVE, SIGNED_LOSS_FACTOR
-from .._sites import unit
-from .._types import Parameter
 from ..modes.modes import Modes
 from ..modes.ports import cuts_over, over
 from ..modes.underlying import required_line, underlying_line
 from ..positions.places import coordinates
-from .effect import AtPlace, Omega, OnPorts, Place, Stiffness, placed
 from .port_law import PortLaw
-from .scales import Scales
+from .prelude import AtPlace, Omega, OnPorts, Parameter, Place, Scales, Stiffness, placed, unit
 
 
 class DampingLayer(AtPlace, OnPorts):
@@ -41,17 +37,13 @@ class DampingLayer(AtPlace, OnPorts):
     0.2
     """
 
-    tried_last: ClassVar[bool] = True
-    absent: ClassVar[tuple[str, float]] = ("loss_factor", 0.0)
+    tried_last = True
+    absent = ("loss_factor", 0.0)
+    acts_on = "region"
     at: Place = eqx.field(metadata=unit("m"))
     extent: Parameter = eqx.field(metadata=unit("m", within=POSITIVE))
     loss_factor: Parameter = eqx.field(metadata=unit("1", within=SIGNED_LOSS_FACTOR))
     name: str = eqx.field(static=True, default="damping_layer", kw_only=True)
-
-    @property
-    def acts_on(self) -> str:
-        """What it acts on, as a result says it."""
-        return "region"
 
     def on(self, modes: Modes) -> "DampingLayer":
         """Return the effect placed on a uniform bar or beam.
@@ -72,10 +64,7 @@ class DampingLayer(AtPlace, OnPorts):
         return [PortLaw(cuts_over(segment, modes), compliance * added * modulus, modulus + added)]
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["DampingLayer"]:
+    def suggest(cls, scales: Scales) -> list["DampingLayer"]:
         """A loss factor of 0.1 % to 100 %, on any part of a uniform bar or beam."""
         loss = LogUniform(1e-3, 1.0)
         return [cls(place, extent, loss) for place, extent in scales.extents(lines_alone=True)]
-
-
-damping_layer = DampingLayer

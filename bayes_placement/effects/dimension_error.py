@@ -1,19 +1,13 @@
 """A dimension of a uniform bar or beam that is not as drawn."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from collections.abc import Mapping
+from typing import Any
 
 import equinox as eqx
 
-from .._ranges import SIZE
-from .._sites import unit
-from .._types import InputError, Parameter
 from ..modes.beams.beams import UniformBar, UniformBeam
 from ..modes.beams.uniform_line import UniformLine
-from ..modes.modes import Modes
-from .effect import GlobalChange
-from .instruments import Instruments
-from .scales import Scales
+from .prelude import SIZE, GlobalChange, InputError, Instruments, Modes, Parameter, Scales, unit
 from .signed import log_uniform_of_either_sign
 
 LEAST, GREATEST = 1e-4, 0.15
@@ -54,8 +48,8 @@ class DimensionError(GlobalChange):
     array([0.9804, 0.9804])
     """
 
-    changes_size: ClassVar[bool] = True
-    absent: ClassVar[tuple[str, float]] = ("error", 0.0)
+    changes_size = True
+    absent = ("error", 0.0)
     error: Parameter = eqx.field(metadata=unit("1", within=SIZE))
     dimension: str = eqx.field(static=True, default="length", kw_only=True)
     name: str = eqx.field(static=True, default="dimension_error", kw_only=True)
@@ -102,7 +96,7 @@ class DimensionError(GlobalChange):
         return self.dimension
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["DimensionError"]:
+    def suggest(cls, scales: Scales) -> list["DimensionError"]:
         """Each dimension, up to 15 % to either side, log-uniform from 0.01 % on."""
         prior = log_uniform_of_either_sign(LEAST, -GREATEST, GREATEST)
         return [cls(prior, dimension=dimension) for dimension in powers(scales.modes)]
@@ -115,6 +109,3 @@ def powers(modes: Modes) -> Mapping[str, Mapping[str, int]]:
     if isinstance(modes, UniformBeam):
         return OF_BEAM_WITH_RADIUS if modes.second_moment is None else OF_BEAM_WITH_MOMENT
     return {}
-
-
-dimension_error = DimensionError

@@ -1,23 +1,17 @@
 """A body whose centre of mass lies beside the place where it is fixed."""
 
 from collections.abc import Sequence
-from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform, Uniform
 
 from .._ranges import NOT_NEGATIVE
-from .._sites import unit
-from .._types import Parameter
-from ..laws import Mass
-from ..modes.modes import Modes
 from ..modes.ports import beside, rotation
 from ..positions.places import coordinates
-from .effect import AtPlace, Omega, OnPorts, Place, Stiffness
 from .on_rotation import bending_scale
 from .port_law import PortLaw
-from .scales import Scales
+from .prelude import AtPlace, Mass, Modes, Omega, OnPorts, Parameter, Place, Scales, Stiffness, unit
 
 
 class EccentricMass(AtPlace, OnPorts):
@@ -45,17 +39,13 @@ class EccentricMass(AtPlace, OnPorts):
     0.02
     """
 
-    absent: ClassVar[tuple[str, float]] = ("mass", 0.0)
+    absent = ("mass", 0.0)
+    acts_on = "body"
     at: Place = eqx.field(metadata=unit("m"))
     mass: Parameter = eqx.field(metadata=unit("kg"))
     radius_of_gyration: Parameter = eqx.field(metadata=unit("m", within=NOT_NEGATIVE))
     offset: Parameter = eqx.field(metadata=unit("m"), default=0.0)
     name: str = eqx.field(static=True, default="eccentric_mass", kw_only=True)
-
-    @property
-    def acts_on(self) -> str:
-        """What it acts on, as a result says it."""
-        return "body"
 
     def port_laws(self, modes: Modes, modulus: Stiffness, omega: Omega) -> Sequence[PortLaw]:
         """The mass at its centre, and the inertia on the slope."""
@@ -67,7 +57,7 @@ class EccentricMass(AtPlace, OnPorts):
         ]
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["EccentricMass"]:
+    def suggest(cls, scales: Scales) -> list["EccentricMass"]:
         """0.001 % to 100 % of the mass of a uniform beam, within a tenth of its length."""
         sizes = bending_scale(scales)
         if sizes is None:
@@ -77,6 +67,3 @@ class EccentricMass(AtPlace, OnPorts):
         radius = LogUniform(1e-3 * length, 0.3 * length)
         offset = Uniform(-0.1 * length, 0.1 * length)
         return [cls(place, mass, radius, offset) for place in scales.places()]
-
-
-eccentric_mass = EccentricMass

@@ -1,17 +1,9 @@
 """The exponential window of an impact test, which adds damping to every mode."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
-from .._ranges import NOT_NEGATIVE
-from .._sites import unit
-from .._types import Parameter
-from .effect import Omega
-from .instrument_effect import InstrumentEffect
-from .scales import Scales
+from .prelude import NOT_NEGATIVE, InstrumentEffect, Omega, Parameter, Scales, unit
 
 
 class ExponentialWindow(InstrumentEffect):
@@ -33,25 +25,18 @@ class ExponentialWindow(InstrumentEffect):
     ['exponential_window']
     """
 
-    changes_modes: ClassVar[bool] = False
-    absent: ClassVar[tuple[str, float]] = ("rate", 0.0)
+    changes_modes = False
+    absent = ("rate", 0.0)
+    acts_on = "all_channels"
     rate: Parameter = eqx.field(metadata=unit("1/s", within=NOT_NEGATIVE))
     name: str = eqx.field(static=True, default="exponential_window", kw_only=True)
-
-    @property
-    def acts_on(self) -> str:
-        """What it acts on, as a result says it."""
-        return "all_channels"
 
     def laplace(self, omega: Omega) -> Omega:
         """Return s / i = omega - i / tau."""
         return omega - 1j * self.rate
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["ExponentialWindow"]:
+    def suggest(cls, scales: Scales) -> list["ExponentialWindow"]:
         """A window that adds 0.003 % to 10 % to a damping ratio in the middle of the band."""
         middle = scales.angular_frequency
         return [cls(LogUniform(3e-5 * middle, 0.1 * middle))]
-
-
-exponential_window = ExponentialWindow

@@ -1,18 +1,10 @@
 """A bed of springs under a part of the structure."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
-from .._ranges import NOT_NEGATIVE
-from .._sites import unit
-from .._types import Parameter
 from ..laws import Spring
-from .effect import Direction, Place
-from .over_extent import Extent, OverExtent
-from .scales import Scales
+from .prelude import NOT_NEGATIVE, Direction, Extent, OverExtent, Parameter, Place, Scales, unit
 
 
 class Foundation(OverExtent):
@@ -39,7 +31,7 @@ class Foundation(OverExtent):
     'structure.effects.foundation.stiffness'
     """
 
-    absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
+    absent = ("stiffness", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     extent: Extent = eqx.field(metadata=unit("m", within=NOT_NEGATIVE))
     stiffness: Parameter = eqx.field(metadata=unit("N/m"))
@@ -51,13 +43,10 @@ class Foundation(OverExtent):
         return Spring(self.stiffness)
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["Foundation"]:
+    def suggest(cls, scales: Scales) -> list["Foundation"]:
         """1e-5 to 100 times the modal stiffness, under any part of the structure."""
         extents, size = (
             scales.extents(),
             LogUniform(1e-5 * scales.stiffness, 1e2 * scales.stiffness),
         )
         return [cls(place, extent, size) for place, extent in extents]
-
-
-foundation = Foundation

@@ -1,18 +1,12 @@
 """A mount of rubber, between a spring and a dashpot."""
 
 import math
-from collections.abc import Sequence
-from typing import ClassVar
 
 import equinox as eqx
 from numpyro.distributions import LogUniform, Uniform
 
-from .._ranges import ORDER, POSITIVE
-from .._sites import unit
-from .._types import Parameter
 from ..laws import Springpot
-from .effect import Direction, NetworkAttachment, Place
-from .scales import Scales
+from .prelude import ORDER, POSITIVE, Direction, NetworkAttachment, Parameter, Place, Scales, unit
 
 
 class FractionalMount(NetworkAttachment):
@@ -40,8 +34,8 @@ class FractionalMount(NetworkAttachment):
     20000.0
     """
 
-    tried_by_default: ClassVar[bool] = False
-    absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
+    tried_by_default = False
+    absent = ("stiffness", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     stiffness: Parameter = eqx.field(metadata=unit("N/m"))
     order: Parameter = eqx.field(metadata=unit("1", within=ORDER))
@@ -54,7 +48,7 @@ class FractionalMount(NetworkAttachment):
         return Springpot(self.stiffness, self.order, self.frequency)
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["FractionalMount"]:
+    def suggest(cls, scales: Scales) -> list["FractionalMount"]:
         """Any order, of 1e-5 to 100 times the modal stiffness in the middle of the band."""
         stiffness = LogUniform(1e-5 * scales.stiffness, 1e2 * scales.stiffness)
         middle = scales.angular_frequency / (2 * math.pi)
@@ -63,6 +57,3 @@ class FractionalMount(NetworkAttachment):
             cls(place, stiffness, Uniform(0.0, 1.0), middle, direction=direction)
             for place, direction in places
         ]
-
-
-fractional_mount = FractionalMount

@@ -1,17 +1,11 @@
 """Natural frequencies that drift between the runs of a roved test."""
 
-from collections.abc import Callable, Sequence
-from typing import ClassVar
+from collections.abc import Callable
 
 import equinox as eqx
 
-from .._ranges import RELATIVE
-from .._sites import unit
-from .._types import Parameter, Receptance
-from .effect import Omega
-from .instruments import Instruments, Number
 from .on_transducer import OnTransducer
-from .scales import Scales
+from .prelude import RELATIVE, Instruments, Number, Omega, Parameter, Receptance, Scales, unit
 from .signed import log_uniform_of_either_sign
 
 
@@ -40,8 +34,8 @@ class FrequencyDrift(OnTransducer):
     ['structure.damping.ratio', 'sensor.s1.position', 'instrument_effects.frequency_drift.drift']
     """
 
-    changes_modes: ClassVar[bool] = False
-    absent: ClassVar[tuple[str, float]] = ("drift", 0.0)
+    changes_modes = False
+    absent = ("drift", 0.0)
     transducer: Number
     drift: Parameter = eqx.field(metadata=unit("1", within=RELATIVE))
     side: str = eqx.field(static=True, default="", kw_only=True)
@@ -57,7 +51,7 @@ class FrequencyDrift(OnTransducer):
         return plain + self.affected(instruments) * (drifted - plain)
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["FrequencyDrift"]:
+    def suggest(cls, scales: Scales) -> list["FrequencyDrift"]:
         """Up to 3 % either way, for each roved sensor and each actuator where there are others.
 
         Log-uniform from 1e-5 on.
@@ -69,6 +63,3 @@ class FrequencyDrift(OnTransducer):
             for name in scales.instruments.side(side)
             if len(scales.instruments.side(side)) > 1
         ]
-
-
-frequency_drift = FrequencyDrift

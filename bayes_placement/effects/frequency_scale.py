@@ -1,16 +1,8 @@
 """A wrong sampling rate, which scales the axis of frequency."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 
-from .._ranges import RATE
-from .._sites import unit
-from .._types import Parameter
-from .effect import Omega
-from .instrument_effect import InstrumentEffect
-from .scales import Scales
+from .prelude import RATE, InstrumentEffect, Omega, Parameter, Scales, unit
 from .signed import log_uniform_of_either_sign
 
 
@@ -34,24 +26,17 @@ class FrequencyScale(InstrumentEffect):
     ['instrument_effects.frequency_scale.rate_error']
     """
 
-    changes_modes: ClassVar[bool] = False
-    absent: ClassVar[tuple[str, float]] = ("rate_error", 0.0)
+    changes_modes = False
+    absent = ("rate_error", 0.0)
+    acts_on = "all_channels"
     rate_error: Parameter = eqx.field(metadata=unit("1", within=RATE))
     name: str = eqx.field(static=True, default="frequency_scale", kw_only=True)
-
-    @property
-    def acts_on(self) -> str:
-        """What it acts on, as a result says it."""
-        return "all_channels"
 
     def laplace(self, omega: Omega) -> Omega:
         """Return the true angular frequency [rad/s]."""
         return omega * (1 + self.rate_error)
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["FrequencyScale"]:
+    def suggest(cls, scales: Scales) -> list["FrequencyScale"]:
         """Up to 10 % either way, log-uniform from 1e-5 on."""
         return [cls(log_uniform_of_either_sign(1e-5, -0.1, 0.1))]
-
-
-frequency_scale = FrequencyScale

@@ -1,21 +1,15 @@
 """A wrong sensitivity of a sensor or an actuator."""
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import ClassVar
+from collections.abc import Mapping
 
 import equinox as eqx
 from numpyro.distributions import TransformedDistribution
 from numpyro.distributions.transforms import AffineTransform, ExpTransform
 
-from .._sites import unit
-from .._types import Parameter
-from .effect import Omega
-from .instrument_effect import Factor
-from .instruments import Instruments, Number
 from .known_factors import known_factor
 from .on_transducer import OnTransducer, channels, sides_that_differ
-from .scales import Scales
+from .prelude import Factor, Instruments, Number, Omega, Parameter, Scales, unit
 from .signed import log_uniform_of_either_sign
 
 GREATEST = 2000.0
@@ -43,7 +37,7 @@ class GainError(OnTransducer):
     ['structure.damping.ratio', 'sensor.s1.position', 'instrument_effects.gain_error.error']
     """
 
-    absent: ClassVar[tuple[str, float]] = ("error", 0.0)
+    absent = ("error", 0.0)
     transducer: Number
     error: Parameter = eqx.field(metadata=unit("1"))
     side: str = eqx.field(static=True, default="", kw_only=True)
@@ -63,7 +57,7 @@ class GainError(OnTransducer):
         return f"a factor of {known}" if known else ""
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["GainError"]:
+    def suggest(cls, scales: Scales) -> list["GainError"]:
         """Each channel with a factor up to 2000, either way.
 
         The order of its logarithm is not known: from 0.001, as of a sensitivity, to wrong units,
@@ -79,6 +73,3 @@ class GainError(OnTransducer):
             for side in sides_that_differ(scales.instruments)
             for name, direction in channels(scales.instruments, side)
         ]
-
-
-gain_error = GainError

@@ -1,20 +1,13 @@
 """A stop with clearance: a spring to the ground that is felt beyond a gap."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 from numpyro.distributions import LogUniform
 
-from .._ranges import NOT_NEGATIVE
-from .._sites import unit
-from .._types import Parameter
 from ._describing_functions import circle_segment, limited_share, tried_places
 from .amplitude_attachment import AmplitudeAttachment
-from .effect import Direction, Omega, Place
-from .scales import Scales
+from .prelude import NOT_NEGATIVE, Direction, Omega, Parameter, Place, Scales, unit
 
 
 class Gap(AmplitudeAttachment):
@@ -44,9 +37,9 @@ class Gap(AmplitudeAttachment):
     1e-05
     """
 
-    tried_by_default: ClassVar[bool] = False
-    changes_modes: ClassVar[bool] = False
-    absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
+    tried_by_default = False
+    changes_modes = False
+    absent = ("stiffness", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     stiffness: Parameter = eqx.field(metadata=unit("N/m"))
     clearance: Parameter = eqx.field(metadata=unit("m", within=NOT_NEGATIVE))
@@ -65,7 +58,7 @@ class Gap(AmplitudeAttachment):
         return jnp.asarray(self.clearance, float)
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["Gap"]:
+    def suggest(cls, scales: Scales) -> list["Gap"]:
         """A clearance of 1e-3 to 1 times the greatest displacement; none if that is not known."""
         displacement, places = tried_places(scales)
         return [
@@ -77,6 +70,3 @@ class Gap(AmplitudeAttachment):
             )
             for place, direction in places
         ]
-
-
-gap = Gap

@@ -1,16 +1,9 @@
 """A viscous dashpot between one place of the structure and the ground."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
-from .._sites import unit
-from .._types import Parameter
-from ..laws import Dashpot
-from .effect import Direction, NetworkAttachment, Place
-from .scales import Scales
+from .prelude import Dashpot, Direction, NetworkAttachment, Parameter, Place, Scales, unit
 
 
 class GroundDashpot(NetworkAttachment):
@@ -32,7 +25,7 @@ class GroundDashpot(NetworkAttachment):
     ['structure.damping.ratio', 'structure.effects.ground_dashpot.viscosity', 'sensor.s1.position']
     """
 
-    absent: ClassVar[tuple[str, float]] = ("viscosity", 0.0)
+    absent = ("viscosity", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     viscosity: Parameter = eqx.field(metadata=unit("N s/m"))
     direction: Direction = eqx.field(default=None, kw_only=True)
@@ -43,12 +36,9 @@ class GroundDashpot(NetworkAttachment):
         return Dashpot(self.viscosity)
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["GroundDashpot"]:
+    def suggest(cls, scales: Scales) -> list["GroundDashpot"]:
         """A dashpot of 1e-5 to 1 times the mass times the middle angular frequency of the band."""
         largest = scales.stiffness / scales.angular_frequency
         viscosity = LogUniform(1e-5 * largest, largest)
         places = scales.places_and_directions()
         return [cls(place, viscosity, direction=direction) for place, direction in places]
-
-
-ground_dashpot = GroundDashpot

@@ -1,17 +1,12 @@
 """A spring between one place of the structure and the ground."""
 
-from collections.abc import Mapping, Sequence
-from typing import ClassVar
+from collections.abc import Mapping
 
 import equinox as eqx
 import numpy as np
 from numpyro.distributions import Distribution, LogUniform
 
-from .._sites import unit
-from .._types import Parameter
-from ..laws import Spring
-from .effect import Direction, NetworkAttachment, Place
-from .scales import Scales
+from .prelude import Direction, NetworkAttachment, Parameter, Place, Scales, Spring, unit
 from .signed import negative_log_uniform, where_negative
 
 
@@ -36,7 +31,7 @@ class GroundSpring(NetworkAttachment):
     ['cord']
     """
 
-    absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
+    absent = ("stiffness", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     stiffness: Parameter = eqx.field(metadata=unit("N/m"))
     direction: Direction = eqx.field(default=None, kw_only=True)
@@ -51,7 +46,7 @@ class GroundSpring(NetworkAttachment):
         return where_negative("stiffness", estimates, "less than assumed")
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["GroundSpring"]:
+    def suggest(cls, scales: Scales) -> list["GroundSpring"]:
         """A spring of 1e-5 to 100 times the modal stiffness in the middle of the band.
 
         Where the structure has springs to the ground, they may be softer than assumed: a part of
@@ -71,6 +66,3 @@ class GroundSpring(NetworkAttachment):
             for prior in priors
             for place, direction in scales.places_and_directions()
         ]
-
-
-ground_spring = GroundSpring

@@ -1,18 +1,11 @@
 """Damping of the material, independent of frequency."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 from numpyro.distributions import LogUniform
 
-from .._ranges import SIGNED_LOSS_FACTOR
-from .._sites import unit
-from .._types import Parameter
-from .effect import Modulus, Omega
-from .scales import Scales
+from .prelude import SIGNED_LOSS_FACTOR, Modulus, Omega, Parameter, Scales, unit
 
 
 class HystereticDamping(Modulus):
@@ -33,7 +26,7 @@ class HystereticDamping(Modulus):
     OrderedDict([('hysteretic_damping', HystereticDamping(loss_factor=0.02))])
     """
 
-    absent: ClassVar[tuple[str, float]] = ("share", 0.0)
+    absent = ("share", 0.0)
     loss_factor: Parameter = eqx.field(metadata=unit("1", within=SIGNED_LOSS_FACTOR))
     share: Parameter = eqx.field(metadata=unit("1"), default=1.0)
     name: str = eqx.field(static=True, default="hysteretic_damping", kw_only=True)
@@ -47,9 +40,6 @@ class HystereticDamping(Modulus):
         return 1 - jnp.asarray(self.share)
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["HystereticDamping"]:
+    def suggest(cls, scales: Scales) -> list["HystereticDamping"]:
         """A loss factor of 0.1 % to 30 %."""
         return [cls(LogUniform(1e-3, 0.3))]
-
-
-hysteretic_damping = HystereticDamping

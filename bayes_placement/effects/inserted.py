@@ -1,21 +1,16 @@
 """Any law inserted in a cut of a uniform bar or beam."""
 
 from collections.abc import Sequence
-from typing import ClassVar
 
 import equinox as eqx
 
-from .._sites import unit
-from .._types import Parameter
-from ..laws import Law
 from ..modes.modes import Modes
 from ..modes.ports import MOTIONS, cut
 from ..modes.underlying import required_line
 from ..positions.places import coordinates
-from .effect import AtPlace, Omega, OnPorts, Place, Stiffness, placed
 from .one_of import check_one_of
 from .port_law import PortLaw
-from .scales import Scales
+from .prelude import AtPlace, Law, Omega, OnPorts, Parameter, Place, Scales, Stiffness, placed, unit
 
 
 class Inserted(AtPlace, OnPorts):
@@ -45,8 +40,9 @@ class Inserted(AtPlace, OnPorts):
     'structure.effects.sleeve.law.loss_factor'
     """
 
-    tried_by_default: ClassVar[bool] = False
-    absent: ClassVar[tuple[str, float]] = ("strength", 0.0)
+    tried_by_default = False
+    absent = ("strength", 0.0)
+    acts_on = "cut"
     at: Place = eqx.field(metadata=unit("m"))
     law: Law
     strength: Parameter = eqx.field(metadata=unit("1"), default=1.0)
@@ -57,11 +53,6 @@ class Inserted(AtPlace, OnPorts):
     def kind(self) -> str:
         """Name of its kind, which is that of the network."""
         return f"inserted: {self.law.in_words()}"
-
-    @property
-    def acts_on(self) -> str:
-        """What it acts on, as a result says it."""
-        return "cut"
 
     def on(self, modes: Modes) -> "Inserted":
         """Return the effect placed on a uniform bar or beam, cut or not.
@@ -83,9 +74,6 @@ class Inserted(AtPlace, OnPorts):
         return [PortLaw(cut(coordinates(self.at), self.motion, modes), compliance, numerator)]
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["Inserted"]:
+    def suggest(cls, scales: Scales) -> list["Inserted"]:
         """Return none: the law is yours."""
         return []
-
-
-inserted = Inserted

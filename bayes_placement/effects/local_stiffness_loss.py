@@ -1,24 +1,20 @@
 """A stretch of a uniform bar or beam that has lost stiffness: a crack, a notch."""
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from collections.abc import Mapping
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform, Uniform
 
 from .._ranges import POSITIVE, SHARE_LOST
-from .._sites import unit
-from .._types import InputError, Parameter
 from ..modes.beams.uniform_line import UniformLine
 from ..modes.hinges import Hinge
-from ..modes.modes import Modes
 from ..modes.underlying import required_line, underlying_line
 from . import _setting_words
-from .effect import Hinged, Location, Place, placed
 from .instruments import Instruments
-from .scales import Scales
+from .prelude import Hinged, InputError, Location, Modes, Parameter, Place, Scales, placed, unit
 from .signed import negative_log_uniform, where_negative
 
 
@@ -47,17 +43,13 @@ class LocalStiffnessLoss(Hinged):
     ['structure.effects.local_stiffness_loss.at', 'structure.effects.local_stiffness_loss.loss']
     """
 
-    absent: ClassVar[tuple[str, float]] = ("loss", 0.0)
-    place_fields: ClassVar[tuple[str, ...]] = ("at",)
+    absent = ("loss", 0.0)
+    acts_on = "cut"
+    place_fields = ("at",)
     at: Place = eqx.field(metadata=unit("m"))
     extent: Parameter = eqx.field(metadata=unit("m", within=POSITIVE))
     loss: Parameter = eqx.field(metadata=unit("1", within=SHARE_LOST))
     name: str = eqx.field(static=True, default="local_stiffness_loss", kw_only=True)
-
-    @property
-    def acts_on(self) -> str:
-        """What it acts on, as a result says it."""
-        return "cut"
 
     def on(self, modes: Modes) -> "LocalStiffnessLoss":
         """Return the effect placed on a bar or beam, a segment as the uniform prior over it.
@@ -105,7 +97,7 @@ class LocalStiffnessLoss(Hinged):
         return where_negative("loss", estimates, "stiffer, not softer")
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["LocalStiffnessLoss"]:
+    def suggest(cls, scales: Scales) -> list["LocalStiffnessLoss"]:
         """0.3 % to 95 % lost along 1 % to 10 % of a uniform bar or beam, or up to 100 % added.
 
         What is added is shorter than a third of the least half-wave and not at an end: hinges of
@@ -122,6 +114,3 @@ class LocalStiffnessLoss(Hinged):
         inside = Uniform(longest, line_length - longest)
         short, gain = LogUniform(0.2 * longest, longest), negative_log_uniform(0.003, 1.0)
         return [*(cls(place, extent, loss) for place in scales.places()), cls(inside, short, gain)]
-
-
-local_stiffness_loss = LocalStiffnessLoss

@@ -1,21 +1,15 @@
 """A low-pass filter in one channel, or in those of all sensors."""
 
 import math
-from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform
 
-from .._ranges import POSITIVE
-from .._sites import unit
-from .._types import InputError, Parameter
-from .effect import Omega
 from .instrument_effect import Factor
-from .instruments import Instruments, Number
 from .on_transducer import OnTransducer
-from .scales import Scales
+from .prelude import POSITIVE, InputError, Instruments, Number, Omega, Parameter, Scales, unit
 
 
 class LowPass(OnTransducer):
@@ -45,7 +39,7 @@ class LowPass(OnTransducer):
     ['low_pass']
     """
 
-    absent: ClassVar[tuple[str, float]] = ("frequency", math.inf)
+    absent = ("frequency", math.inf)
     transducer: Number | None
     frequency: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE))
     order: int = eqx.field(static=True, default=1)
@@ -67,7 +61,7 @@ class LowPass(OnTransducer):
         return 1 + self.affected(instruments) * (factor - 1)
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["LowPass"]:
+    def suggest(cls, scales: Scales) -> list["LowPass"]:
         """All sensors together and each transducer, from the least line to 100 times the last."""
         low, high = scales.band
         sensors, actuators = scales.instruments.sensors, scales.instruments.actuators
@@ -83,6 +77,3 @@ class LowPass(OnTransducer):
 def loss_of_order(ratio: Any, order: int) -> Any:
     """Inverse of the transmission of a low-pass at frequencies over its corner [1]."""
     return 1 + 1j * ratio if order == 1 else 1 - ratio**2 + math.sqrt(2) * 1j * ratio
-
-
-low_pass = LowPass

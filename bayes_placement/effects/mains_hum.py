@@ -1,8 +1,6 @@
 """Hum of the mains in one channel, at the multiples of 50 or 60 Hz."""
 
 import math
-from collections.abc import Sequence
-from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -11,12 +9,8 @@ from jaxtyping import Array, Bool, Float
 from numpyro.distributions import LogUniform, Uniform
 
 from .._ranges import ANGLE, NOT_NEGATIVE, POSITIVE
-from .._sites import unit
-from .._types import InputError, Parameter, Receptance
-from .effect import Omega
-from .instruments import Instruments, Number
 from .on_transducer import OnTransducer, channels
-from .scales import Scales
+from .prelude import InputError, Instruments, Number, Omega, Parameter, Receptance, Scales, unit
 
 MAINS = (50.0, 60.0)
 """Frequencies of the mains [Hz]."""
@@ -60,9 +54,9 @@ class MainsHum(OnTransducer):
     ['mains_hum']
     """
 
-    changes_modes: ClassVar[bool] = False
-    tried_by_default: ClassVar[bool] = False
-    absent: ClassVar[tuple[str, float]] = ("share", 0.0)
+    changes_modes = False
+    tried_by_default = False
+    absent = ("share", 0.0)
     transducer: Number
     share: Parameter = eqx.field(metadata=unit("1"))
     phase: Parameter = eqx.field(metadata=unit("rad", within=ANGLE), default=0.0)
@@ -92,7 +86,7 @@ class MainsHum(OnTransducer):
         return frf + self.affected(instruments) * hum * _level(frf * rate)
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["MainsHum"]:
+    def suggest(cls, scales: Scales) -> list["MainsHum"]:
         """Each channel of a sensor with 0.01 % to tenfold its level, where lines may hum."""
         lines = np.unique(np.asarray(scales.setup.frequency, float))
         width = 0.5 * float(np.min(np.diff(lines), initial=np.inf))
@@ -127,6 +121,3 @@ def _level(frf: Receptance) -> Float[Array, "sensor actuator 1"]:
     """Root mean square of each FRF over the lines; its slope is finite at zero."""
     square = jnp.mean(jnp.real(frf) ** 2 + jnp.imag(frf) ** 2, axis=-1, keepdims=True)
     return jnp.sqrt(jnp.where(square > 0, square, 1.0)) * (square > 0)
-
-
-mains_hum = MainsHum

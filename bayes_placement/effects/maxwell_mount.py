@@ -1,17 +1,10 @@
 """A mount that is stiff when moved fast and gives way when moved slowly."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
-from .._ranges import POSITIVE
-from .._sites import unit
-from .._types import Parameter
 from ..laws import Dashpot, Law, Spring
-from .effect import Direction, NetworkAttachment, Place
-from .scales import Scales
+from .prelude import POSITIVE, Direction, NetworkAttachment, Parameter, Place, Scales, unit
 
 
 class MaxwellMount(NetworkAttachment):
@@ -37,8 +30,8 @@ class MaxwellMount(NetworkAttachment):
     20000.0 * (Spring(1.0) - Dashpot(0.001))
     """
 
-    tried_by_default: ClassVar[bool] = False
-    absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
+    tried_by_default = False
+    absent = ("stiffness", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     stiffness: Parameter = eqx.field(metadata=unit("N/m"))
     relaxation_time: Parameter = eqx.field(metadata=unit("s", within=POSITIVE))
@@ -50,13 +43,10 @@ class MaxwellMount(NetworkAttachment):
         return self.stiffness * (Spring(1.0) - Dashpot(self.relaxation_time))
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["MaxwellMount"]:
+    def suggest(cls, scales: Scales) -> list["MaxwellMount"]:
         """A relaxation at a frequency in the band or a decade outside, anywhere."""
         stiffness = LogUniform(1e-5 * scales.stiffness, 1e2 * scales.stiffness)
         low, high = scales.band
         time = LogUniform(0.016 / high, 1.6 / low)
         places = scales.places_and_directions()
         return [cls(place, stiffness, time, direction=direction) for place, direction in places]
-
-
-maxwell_mount = MaxwellMount

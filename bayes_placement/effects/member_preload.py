@@ -1,23 +1,15 @@
 """A tension in one member of a finite element frame."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Int
 
-from .._sites import unit
-from .._types import Parameter
 from ..modes.finite_elements.nodal_modes import NodalModes, nodal_of
 from ..modes.flexible_parts import StretchedMember
-from ..modes.modes import Modes
 from ..modes.underlying import underlying_nodal_modes
 from ._parts import centre, check_number, name_of
 from .axial_preload import preload_prior
-from .effect import Hinged, Location
-from .instruments import Instruments
-from .scales import Scales
+from .prelude import Hinged, Instruments, Location, Modes, Parameter, Scales, unit
 
 
 class MemberPreload(Hinged):
@@ -42,7 +34,7 @@ class MemberPreload(Hinged):
     Structure: NodalModes, Modal damping, with axial_preload
     """
 
-    absent: ClassVar[tuple[str, float]] = ("tension", 0.0)
+    absent = ("tension", 0.0)
     member: str | int | Int[Array | np.ndarray, ""]
     tension: Parameter = eqx.field(metadata=unit("N"))
     name: str = eqx.field(static=True, default="axial_preload", kw_only=True)
@@ -77,7 +69,7 @@ class MemberPreload(Hinged):
         return name_of(self.member, underlying_nodal_modes(modes).members.names)
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["MemberPreload"]:
+    def suggest(cls, scales: Scales) -> list["MemberPreload"]:
         """80 % of the compression at which the frame buckles to ten times as much in tension.
 
         Log-uniform from 0.01 % on, for each member of a finite element model, whose buckling load
@@ -96,6 +88,3 @@ def buckling_load(modes: NodalModes, member: int) -> float:
     root = 1 / np.sqrt(modes.eigenvalues[elastic])
     slopes = np.asarray(modes.members.matrices)[member, elastic, elastic]
     return float(1 / np.linalg.eigvalsh(root[:, None] * slopes * root).max())
-
-
-member_preload = MemberPreload

@@ -1,13 +1,11 @@
 """An actuator or a hit of a hammer that sat elsewhere than recorded, beyond its tolerance."""
 
-from typing import Any, ClassVar
+from typing import Any
 
 import equinox as eqx
 
-from .._sites import unit
-from .._types import Parameter
-from .instruments import Number
 from .misplaced import Misplaced
+from .prelude import Number, Parameter, unit
 
 
 class MisplacedActuator(Misplaced):
@@ -31,13 +29,10 @@ class MisplacedActuator(Misplaced):
     ['misplaced_actuator']
     """
 
-    changes_modes: ClassVar[bool] = False
-    side: ClassVar[str] = "actuator"
+    changes_modes = False
+    side = "actuator"
     actuator: Number
     shift: Parameter = eqx.field(metadata=unit("m"))
     towards: tuple[Any, ...] = eqx.field(default=(), kw_only=True)
     bearing: Parameter = eqx.field(metadata=unit("rad"), default=0.0, kw_only=True)
     name: str = eqx.field(static=True, default="misplaced_actuator", kw_only=True)
-
-
-misplaced_actuator = MisplacedActuator

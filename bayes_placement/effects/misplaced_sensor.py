@@ -1,13 +1,11 @@
 """A sensor that sat elsewhere than recorded, beyond its tolerance."""
 
-from typing import Any, ClassVar
+from typing import Any
 
 import equinox as eqx
 
-from .._sites import unit
-from .._types import Parameter
-from .instruments import Number
 from .misplaced import Misplaced
+from .prelude import Number, Parameter, unit
 
 
 class MisplacedSensor(Misplaced):
@@ -31,12 +29,9 @@ class MisplacedSensor(Misplaced):
     ['instrument_effects.misplaced_sensor.shift']
     """
 
-    side: ClassVar[str] = "sensor"
+    side = "sensor"
     sensor: Number
     shift: Parameter = eqx.field(metadata=unit("m"))
     towards: tuple[Any, ...] = eqx.field(default=(), kw_only=True)
     bearing: Parameter = eqx.field(metadata=unit("rad"), default=0.0, kw_only=True)
     name: str = eqx.field(static=True, default="misplaced_sensor", kw_only=True)
-
-
-misplaced_sensor = MisplacedSensor

@@ -1,21 +1,15 @@
 """A sensor on a soft mount."""
 
 import math
-from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform
 
 from .._ranges import POSITIVE, SHARE_OF_CRITICAL
-from .._sites import unit
-from .._types import Parameter
-from ..modes.modes import Modes
-from .effect import Location, Omega
 from .instrument_effect import Factor, InstrumentEffect
-from .instruments import Instruments, Number
-from .scales import Scales
+from .prelude import Instruments, Location, Modes, Number, Omega, Parameter, Scales, unit
 
 
 class MountResonance(InstrumentEffect):
@@ -40,7 +34,7 @@ class MountResonance(InstrumentEffect):
     ['mount_resonance']
     """
 
-    absent: ClassVar[tuple[str, float]] = ("frequency", math.inf)
+    absent = ("frequency", math.inf)
     sensor: Number
     frequency: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE))
     damping_ratio: Parameter = eqx.field(metadata=unit("1", within=SHARE_OF_CRITICAL))
@@ -70,7 +64,7 @@ class MountResonance(InstrumentEffect):
         return f"sensor {instruments.name(self.sensor)}"
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["MountResonance"]:
+    def suggest(cls, scales: Scales) -> list["MountResonance"]:
         """A resonance between the least line and ten times the greatest, for each sensor."""
         low, high = scales.band
         frequency, damping_ratio = LogUniform(low, 10 * high), LogUniform(0.003, 0.3)
@@ -80,6 +74,3 @@ class MountResonance(InstrumentEffect):
 def excess(ratio: Any, damping_ratio: Any) -> Any:
     """Transmission less 1 of a mount at frequencies over its resonance [1]."""
     return ratio**2 / (1 - ratio**2 + 2j * damping_ratio * ratio)
-
-
-mount_resonance = MountResonance

@@ -28,10 +28,7 @@ class OnRotation(NetworkAttachment):
 
     footprint: eqx.AbstractVar[Footprint]
 
-    @property
-    def acts_on(self) -> str:
-        """What it acts on, as a result says it."""
-        return "rotation"
+    acts_on = "rotation"
 
     def on(self, modes: Modes) -> "OnRotation":
         """Return the effect placed on a structure that rotates.

@@ -1,17 +1,9 @@
 """Any law spread over a part of the structure."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 
-from .._ranges import NOT_NEGATIVE
-from .._sites import unit
-from .._types import Parameter
 from ..laws import Law
-from .effect import Direction, Place
-from .over_extent import Extent, OverExtent
-from .scales import Scales
+from .prelude import NOT_NEGATIVE, Direction, Extent, OverExtent, Parameter, Place, Scales, unit
 
 
 class Over(OverExtent):
@@ -37,8 +29,8 @@ class Over(OverExtent):
     'structure.effects.over.law.parts.2.viscosity'
     """
 
-    tried_by_default: ClassVar[bool] = False
-    absent: ClassVar[tuple[str, float]] = ("strength", 0.0)
+    tried_by_default = False
+    absent = ("strength", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     extent: Extent = eqx.field(metadata=unit("m", within=NOT_NEGATIVE))
     law: Law
@@ -56,9 +48,6 @@ class Over(OverExtent):
         return self.strength * self.law
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["Over"]:
+    def suggest(cls, scales: Scales) -> list["Over"]:
         """Return none: the law is yours."""
         return []
-
-
-over = Over

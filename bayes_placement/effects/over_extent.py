@@ -27,10 +27,7 @@ class OverExtent(NetworkAttachment):
     tried_last: ClassVar[bool] = True
     extent: eqx.AbstractVar[Any]
 
-    @property
-    def acts_on(self) -> str:
-        """What it acts on, as a result says it."""
-        return "region"
+    acts_on = "region"
 
     def on(self, modes: Modes) -> "OverExtent":
         """Return the effect with its middle placed on a structure.

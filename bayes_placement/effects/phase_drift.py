@@ -1,21 +1,13 @@
 """A phase error of one channel that varies slowly over the band."""
 
 import math
-from collections.abc import Sequence
-from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import Uniform
 
-from .._ranges import ANGLE, POSITIVE
-from .._sites import unit
-from .._types import Parameter
-from .effect import Omega
-from .instrument_effect import Factor
-from .instruments import Instruments, Number
 from .on_transducer import OnTransducer, channels, sides_that_differ
-from .scales import Scales
+from .prelude import ANGLE, POSITIVE, Factor, Instruments, Number, Omega, Parameter, Scales, unit
 from .signed import log_uniform_of_either_sign
 
 
@@ -49,9 +41,9 @@ class PhaseDrift(OnTransducer):
     ['structure.damping.ratio', 'sensor.s1.position', 'instrument_effects.phase_drift.phase']
     """
 
-    changes_modes: ClassVar[bool] = False
-    tried_by_default: ClassVar[bool] = False
-    absent: ClassVar[tuple[str, float]] = ("phase", 0.0)
+    changes_modes = False
+    tried_by_default = False
+    absent = ("phase", 0.0)
     transducer: Number
     phase: Parameter = eqx.field(metadata=unit("rad", within=ANGLE))
     reference: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE))
@@ -68,7 +60,7 @@ class PhaseDrift(OnTransducer):
         return jnp.exp(-1j * self.affected(instruments) * lag)
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["PhaseDrift"]:
+    def suggest(cls, scales: Scales) -> list["PhaseDrift"]:
         """Each channel with up to 0.5 rad in the middle of the band, either way.
 
         Log-uniform from 1e-4 rad on.
@@ -80,6 +72,3 @@ class PhaseDrift(OnTransducer):
             for side in sides_that_differ(scales.instruments)
             for name, direction in channels(scales.instruments, side)
         ]
-
-
-phase_drift = PhaseDrift

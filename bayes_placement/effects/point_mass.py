@@ -1,16 +1,11 @@
 """A mass fixed to one place of the structure."""
 
-from collections.abc import Mapping, Sequence
-from typing import ClassVar
+from collections.abc import Mapping
 
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
-from .._sites import unit
-from .._types import Parameter
-from ..laws import Mass
-from .effect import NetworkAttachment, Place
-from .scales import Scales
+from .prelude import Mass, NetworkAttachment, Parameter, Place, Scales, unit
 from .signed import negative_log_uniform, where_negative
 
 
@@ -33,7 +28,7 @@ class PointMass(NetworkAttachment):
     ['structure.damping.ratio', 'structure.effects.point_mass.mass', 'sensor.s1.position']
     """
 
-    absent: ClassVar[tuple[str, float]] = ("mass", 0.0)
+    absent = ("mass", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     mass: Parameter = eqx.field(metadata=unit("kg"))
     name: str = eqx.field(static=True, default="point_mass", kw_only=True)
@@ -47,11 +42,8 @@ class PointMass(NetworkAttachment):
         return where_negative("mass", estimates, "removed")
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["PointMass"]:
+    def suggest(cls, scales: Scales) -> list["PointMass"]:
         """0.001 % to 100 % of the structure's mass, or up to 10 % of it removed, anywhere on it."""
         least, mass = scales.least_mass, scales.mass
         priors = LogUniform(least, mass), negative_log_uniform(least, 0.1 * mass)
         return [cls(place, prior) for prior in priors for place in scales.places()]
-
-
-point_mass = PointMass

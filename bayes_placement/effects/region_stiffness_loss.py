@@ -1,24 +1,17 @@
 """A region of a finite element model that has lost stiffness."""
 
-from collections.abc import Mapping, Sequence
-from typing import ClassVar
+from collections.abc import Mapping
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Int
 from numpyro.distributions import LogUniform
 
-from .._ranges import SHARE_LOST
-from .._sites import unit
-from .._types import Parameter
 from ..modes.finite_elements.nodal_modes import nodal_of
 from ..modes.flexible_parts import WeakenedRegion
-from ..modes.modes import Modes
 from ..modes.underlying import underlying_nodal_modes
 from ._parts import centre, check_number, name_of
-from .effect import Hinged, Location
-from .instruments import Instruments
-from .scales import Scales
+from .prelude import SHARE_LOST, Hinged, Instruments, Location, Modes, Parameter, Scales, unit
 from .signed import negative_log_uniform, where_negative
 
 
@@ -45,7 +38,8 @@ class RegionStiffnessLoss(Hinged):
     Structure: NodalModes, Modal damping, with local_stiffness_loss
     """
 
-    absent: ClassVar[tuple[str, float]] = ("loss", 0.0)
+    absent = ("loss", 0.0)
+    acts_on = "region"
     region: str | int | Int[Array | np.ndarray, ""]
     loss: Parameter = eqx.field(metadata=unit("1", within=SHARE_LOST))
     name: str = eqx.field(static=True, default="local_stiffness_loss", kw_only=True)
@@ -63,11 +57,6 @@ class RegionStiffnessLoss(Hinged):
             return self
         number = underlying_nodal_modes(modes).regions.number(self.region, "The region")
         return type(self)(np.asarray(number), self.loss, name=self.name)
-
-    @property
-    def acts_on(self) -> str:
-        """What it acts on, as a result says it."""
-        return "region"
 
     def hinges(self, modes: Modes) -> list[WeakenedRegion]:
         """The region, as a part of the model that becomes softer."""
@@ -89,12 +78,9 @@ class RegionStiffnessLoss(Hinged):
         return where_negative("loss", estimates, "stiffer, not softer")
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["RegionStiffnessLoss"]:
+    def suggest(cls, scales: Scales) -> list["RegionStiffnessLoss"]:
         """0.3 % to 95 % lost, or 0.3 % to 200 % added, in each region of a finite element model."""
         nodal = nodal_of(scales.modes)
         count = 0 if nodal is None else len(nodal.regions.names)
         losses = LogUniform(0.003, 0.95), negative_log_uniform(0.003, 2.0)
         return [cls(np.asarray(number), loss) for loss in losses for number in range(count)]
-
-
-region_stiffness_loss = RegionStiffnessLoss

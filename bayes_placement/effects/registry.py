@@ -1,54 +1,54 @@
 """Every effect of the package, one line each, in the order in which candidates are tried."""
 
-# ruff: noqa: F401, I001
-from .point_mass import point_mass
-from .ground_spring import ground_spring
-from .ground_dashpot import ground_dashpot
-from .tuned_absorber import tuned_absorber
-from .local_stiffness_loss import local_stiffness_loss
-from .region_stiffness_loss import region_stiffness_loss
-from .hysteretic_damping import hysteretic_damping
-from .viscoelastic_modulus import viscoelastic_modulus
-from .compliant_support import compliant_support
-from .soft_support import soft_support
-from .axial_preload import axial_preload
-from .member_preload import member_preload
-from .shear_and_rotary_inertia import shear_and_rotary_inertia
-from .cubic_stiffness import cubic_stiffness
-from .residual_modes import residual_modes
-from .sensor_mass import sensor_mass
-from .actuator_mass import actuator_mass
-from .stinger import stinger
-from .exponential_window import exponential_window
-from .time_delay import time_delay
-from .channel_delay import channel_delay
-from .gain_error import gain_error
-from .mount_resonance import mount_resonance
-from .misplaced_sensor import misplaced_sensor
-from .misplaced_actuator import misplaced_actuator
-from .reversed_sensor import reversed_sensor
-from .reversed_channel import reversed_channel
-from .swapped_sensors import swapped_sensors
-from .swapped_actuators import swapped_actuators
-from .frequency_drift import frequency_drift
-from .attached import attached
-from .inserted import inserted
-from .over import over
-from .strut import strut
-from .rotary_inertia import rotary_inertia
-from .eccentric_mass import eccentric_mass
-from .rotational_spring import rotational_spring
-from .segment_mass import segment_mass
-from .foundation import foundation
-from .damping_layer import damping_layer
-from .maxwell_mount import maxwell_mount
-from .fractional_mount import fractional_mount
-from .low_pass import low_pass
-from .phase_drift import phase_drift
-from .cross_axis import cross_axis
-from .frequency_scale import frequency_scale
-from .mains_hum import mains_hum
-from .dimension_error import dimension_error
-from .beyond_prior import beyond_prior
-from .coulomb_friction import coulomb_friction
-from .gap import gap
+# ruff: noqa: F401, I001, N813
+from .point_mass import PointMass as point_mass
+from .ground_spring import GroundSpring as ground_spring
+from .ground_dashpot import GroundDashpot as ground_dashpot
+from .tuned_absorber import TunedAbsorber as tuned_absorber
+from .local_stiffness_loss import LocalStiffnessLoss as local_stiffness_loss
+from .region_stiffness_loss import RegionStiffnessLoss as region_stiffness_loss
+from .hysteretic_damping import HystereticDamping as hysteretic_damping
+from .viscoelastic_modulus import ViscoelasticModulus as viscoelastic_modulus
+from .compliant_support import CompliantSupport as compliant_support
+from .soft_support import SoftSupport as soft_support
+from .axial_preload import AxialPreload as axial_preload
+from .member_preload import MemberPreload as member_preload
+from .shear_and_rotary_inertia import ShearAndRotaryInertia as shear_and_rotary_inertia
+from .cubic_stiffness import CubicStiffness as cubic_stiffness
+from .residual_modes import ResidualModes as residual_modes
+from .sensor_mass import SensorMass as sensor_mass
+from .actuator_mass import ActuatorMass as actuator_mass
+from .stinger import Stinger as stinger
+from .exponential_window import ExponentialWindow as exponential_window
+from .time_delay import TimeDelay as time_delay
+from .channel_delay import ChannelDelay as channel_delay
+from .gain_error import GainError as gain_error
+from .mount_resonance import MountResonance as mount_resonance
+from .misplaced_sensor import MisplacedSensor as misplaced_sensor
+from .misplaced_actuator import MisplacedActuator as misplaced_actuator
+from .reversed_sensor import ReversedSensor as reversed_sensor
+from .reversed_channel import ReversedChannel as reversed_channel
+from .swapped_sensors import SwappedSensors as swapped_sensors
+from .swapped_actuators import SwappedActuators as swapped_actuators
+from .frequency_drift import FrequencyDrift as frequency_drift
+from .attached import Attached as attached
+from .inserted import Inserted as inserted
+from .over import Over as over
+from .strut import Strut as strut
+from .rotary_inertia import RotaryInertia as rotary_inertia
+from .eccentric_mass import EccentricMass as eccentric_mass
+from .rotational_spring import RotationalSpring as rotational_spring
+from .segment_mass import SegmentMass as segment_mass
+from .foundation import Foundation as foundation
+from .damping_layer import DampingLayer as damping_layer
+from .maxwell_mount import MaxwellMount as maxwell_mount
+from .fractional_mount import FractionalMount as fractional_mount
+from .low_pass import LowPass as low_pass
+from .phase_drift import PhaseDrift as phase_drift
+from .cross_axis import CrossAxis as cross_axis
+from .frequency_scale import FrequencyScale as frequency_scale
+from .mains_hum import MainsHum as mains_hum
+from .dimension_error import DimensionError as dimension_error
+from .beyond_prior import BeyondPrior as beyond_prior
+from .coulomb_friction import CoulombFriction as coulomb_friction
+from .gap import Gap as gap

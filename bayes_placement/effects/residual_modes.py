@@ -1,7 +1,6 @@
 """Flexibility of modes above the band that the model leaves out."""
 
-from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -9,12 +8,9 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import Normal
 
-from .._sites import is_unknown, unit
-from .._types import InputError, Parameter
-from .effect import OF_CHANNELS, Omega
 from .instrument_effect import InstrumentEffect
 from .instruments import Instruments
-from .scales import Scales
+from .prelude import OF_CHANNELS, InputError, Omega, Parameter, Scales, is_unknown, unit
 
 
 class ResidualModes(InstrumentEffect):
@@ -35,8 +31,8 @@ class ResidualModes(InstrumentEffect):
     ['residual_modes']
     """
 
-    changes_modes: ClassVar[bool] = False
-    absent: ClassVar[tuple[str, float]] = ("flexibility", 0.0)
+    changes_modes = False
+    absent = ("flexibility", 0.0)
     flexibility: Parameter = eqx.field(metadata=unit("m/N") | {OF_CHANNELS: True})
     name: str = eqx.field(static=True, default="residual_modes", kw_only=True)
 
@@ -64,11 +60,8 @@ class ResidualModes(InstrumentEffect):
         return jnp.atleast_2d(jnp.asarray(self.flexibility))[..., None]
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["ResidualModes"]:
+    def suggest(cls, scales: Scales) -> list["ResidualModes"]:
         """Normal about zero, as wide as the flexibility about the middle of the band."""
         shape = tuple(len(scales.instruments.channels(side)) for side in ("sensor", "actuator"))
         width = 0.1 / scales.stiffness
         return [cls(Normal(np.zeros(shape), width).to_event(2))]
-
-
-residual_modes = ResidualModes

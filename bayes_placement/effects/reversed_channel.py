@@ -1,17 +1,9 @@
 """A hit, an exciter or a single channel whose axis points the other way."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 
-from .._sites import unit
-from .._types import Parameter
-from .effect import Omega
-from .instrument_effect import Factor
-from .instruments import Instruments, Number
 from .on_transducer import OnTransducer, channels, sides_that_differ
-from .scales import Scales
+from .prelude import Factor, Instruments, Number, Omega, Parameter, Scales, unit
 
 
 class ReversedChannel(OnTransducer):
@@ -34,7 +26,7 @@ class ReversedChannel(OnTransducer):
     ['reversed_channel']
     """
 
-    absent: ClassVar[tuple[str, float]] = ("share", 0.0)
+    absent = ("share", 0.0)
     transducer: Number
     share: Parameter = eqx.field(metadata=unit("1"), default=1.0)
     side: str = eqx.field(static=True, default="", kw_only=True)
@@ -46,7 +38,7 @@ class ReversedChannel(OnTransducer):
         return 1 - 2 * self.affected(instruments) * self.share
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["ReversedChannel"]:
+    def suggest(cls, scales: Scales) -> list["ReversedChannel"]:
         """Each channel of an actuator, and of a sensor with several: `reversed_sensor` has all."""
         return [
             cls(name, side=side, direction=direction)
@@ -54,6 +46,3 @@ class ReversedChannel(OnTransducer):
             for name, direction in channels(scales.instruments, side)
             if side == "actuator" or direction is not None
         ]
-
-
-reversed_channel = ReversedChannel

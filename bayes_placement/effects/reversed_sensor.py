@@ -1,17 +1,9 @@
 """A sensor whose axis points the other way."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 
-from .._sites import unit
-from .._types import Parameter
-from ..modes.modes import Modes
-from .effect import Location, Omega
 from .instrument_effect import Factor, InstrumentEffect
-from .instruments import Instruments, Number
-from .scales import Scales
+from .prelude import Instruments, Location, Modes, Number, Omega, Parameter, Scales, unit
 
 
 class ReversedSensor(InstrumentEffect):
@@ -31,7 +23,7 @@ class ReversedSensor(InstrumentEffect):
     ['reversed_sensor']
     """
 
-    absent: ClassVar[tuple[str, float]] = ("share", 0.0)
+    absent = ("share", 0.0)
     sensor: Number
     share: Parameter = eqx.field(metadata=unit("1"), default=1.0)
     name: str = eqx.field(static=True, default="reversed_sensor", kw_only=True)
@@ -60,9 +52,6 @@ class ReversedSensor(InstrumentEffect):
         return f"sensor {instruments.name(self.sensor)}"
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["ReversedSensor"]:
+    def suggest(cls, scales: Scales) -> list["ReversedSensor"]:
         """Each sensor reversed."""
         return [cls(sensor) for sensor in scales.instruments.sensors]
-
-
-reversed_sensor = ReversedSensor

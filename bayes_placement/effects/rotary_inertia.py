@@ -1,17 +1,12 @@
 """A rotary inertia fixed to one place of the structure."""
 
-from collections.abc import Mapping, Sequence
-from typing import ClassVar
+from collections.abc import Mapping
 
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
-from .._sites import unit
-from .._types import Parameter
 from ..laws import Mass
-from .effect import Direction, Place
-from .on_rotation import Footprint, OnRotation, bending_scale
-from .scales import Scales
+from .prelude import Direction, Footprint, OnRotation, Parameter, Place, Scales, bending_scale, unit
 from .signed import where_negative
 
 
@@ -36,8 +31,8 @@ class RotaryInertia(OnRotation):
     'rotary_inertia'
     """
 
-    tried_by_default: ClassVar[bool] = False
-    absent: ClassVar[tuple[str, float]] = ("inertia", 0.0)
+    tried_by_default = False
+    absent = ("inertia", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     inertia: Parameter = eqx.field(metadata=unit("kg m2"))
     footprint: Footprint = eqx.field(default=None, kw_only=True)
@@ -53,13 +48,10 @@ class RotaryInertia(OnRotation):
         return where_negative("inertia", estimates, "removed")
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["RotaryInertia"]:
+    def suggest(cls, scales: Scales) -> list["RotaryInertia"]:
         """1e-7 to 0.1 times the mass of a uniform beam and its length squared, anywhere on it."""
         sizes = bending_scale(scales)
         if sizes is None:
             return []
         whole = scales.mass * sizes[0] ** 2
         return [cls(place, LogUniform(1e-7 * whole, 0.1 * whole)) for place in scales.places()]
-
-
-rotary_inertia = RotaryInertia

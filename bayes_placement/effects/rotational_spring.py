@@ -1,17 +1,10 @@
 """A spring that holds the rotation of the structure at one place."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
-from .._sites import unit
-from .._types import Parameter
 from ..laws import Spring
-from .effect import Direction, Place
-from .on_rotation import Footprint, OnRotation, bending_scale
-from .scales import Scales
+from .prelude import Direction, Footprint, OnRotation, Parameter, Place, Scales, bending_scale, unit
 
 
 class RotationalSpring(OnRotation):
@@ -35,8 +28,8 @@ class RotationalSpring(OnRotation):
     'rotational_spring'
     """
 
-    tried_by_default: ClassVar[bool] = False
-    absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
+    tried_by_default = False
+    absent = ("stiffness", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     stiffness: Parameter = eqx.field(metadata=unit("N m/rad"))
     footprint: Footprint = eqx.field(default=None, kw_only=True)
@@ -48,13 +41,10 @@ class RotationalSpring(OnRotation):
         return Spring(self.stiffness)
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["RotationalSpring"]:
+    def suggest(cls, scales: Scales) -> list["RotationalSpring"]:
         """1e-4 to 1e4 times the bending stiffness over the length of a uniform beam, anywhere."""
         sizes = bending_scale(scales)
         if sizes is None:
             return []
         middle = sizes[1] / sizes[0]
         return [cls(place, LogUniform(1e-4 * middle, 1e4 * middle)) for place in scales.places()]
-
-
-rotational_spring = RotationalSpring

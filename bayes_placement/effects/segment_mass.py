@@ -1,18 +1,10 @@
 """A mass spread over a part of the structure."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
-from .._ranges import NOT_NEGATIVE
-from .._sites import unit
-from .._types import Parameter
 from ..laws import Mass
-from .effect import Direction, Place
-from .over_extent import Extent, OverExtent
-from .scales import Scales
+from .prelude import NOT_NEGATIVE, Direction, Extent, OverExtent, Parameter, Place, Scales, unit
 
 
 class SegmentMass(OverExtent):
@@ -36,7 +28,7 @@ class SegmentMass(OverExtent):
     'structure.effects.segment_mass.mass'
     """
 
-    absent: ClassVar[tuple[str, float]] = ("mass", 0.0)
+    absent = ("mass", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     extent: Extent = eqx.field(metadata=unit("m", within=NOT_NEGATIVE))
     mass: Parameter = eqx.field(metadata=unit("kg"))
@@ -48,10 +40,7 @@ class SegmentMass(OverExtent):
         return Mass(self.mass)
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["SegmentMass"]:
+    def suggest(cls, scales: Scales) -> list["SegmentMass"]:
         """0.001 % to 100 % of the mass of the structure, on any part of it."""
         extents, size = scales.extents(), LogUniform(scales.least_mass, scales.mass)
         return [cls(place, extent, size) for place, extent in extents]
-
-
-segment_mass = SegmentMass

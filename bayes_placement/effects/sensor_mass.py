@@ -1,16 +1,9 @@
 """Mass that each sensor adds to the structure."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
-from .._sites import unit
-from .._types import Parameter
-from .effect import Omega, Stiffness
-from .instrument_effect import InstrumentEffect
-from .scales import Scales
+from .prelude import InstrumentEffect, Omega, Parameter, Scales, Stiffness, unit
 
 
 class SensorMass(InstrumentEffect):
@@ -31,8 +24,8 @@ class SensorMass(InstrumentEffect):
     'kg'
     """
 
-    absent: ClassVar[tuple[str, float]] = ("mass", 0.0)
-    loads: ClassVar[tuple[str, ...]] = ("sensor",)
+    absent = ("mass", 0.0)
+    loads = ("sensor",)
     mass: Parameter = eqx.field(metadata=unit("kg"))
     name: str = eqx.field(static=True, default="sensor_mass", kw_only=True)
 
@@ -41,9 +34,6 @@ class SensorMass(InstrumentEffect):
         return -(omega**2) * self.mass
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["SensorMass"]:
+    def suggest(cls, scales: Scales) -> list["SensorMass"]:
         """A mass of 0.001 % to 30 % of the structure's."""
         return [cls(LogUniform(scales.least_mass, 0.3 * scales.mass))]
-
-
-sensor_mass = SensorMass

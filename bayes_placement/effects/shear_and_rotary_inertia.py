@@ -1,22 +1,14 @@
 """Timoshenko's beam in the place of Euler's and Bernoulli's."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 from numpyro.distributions import LogUniform
 
-from .._ranges import POSITIVE
-from .._sites import unit
-from .._types import Parameter
 from ..modes.beams.beams import UniformBeam
 from ..modes.changed import ChangedModes, changed, over_changed_modes
-from ..modes.modes import Modes
 from ..modes.underlying import required_beam
-from .effect import GlobalChange
-from .scales import Scales
+from .prelude import POSITIVE, GlobalChange, Modes, Parameter, Scales, unit
 
 
 class ShearAndRotaryInertia(GlobalChange):
@@ -41,7 +33,7 @@ class ShearAndRotaryInertia(GlobalChange):
     Structure: UniformBeam, Modal damping, with shear_and_rotary_inertia
     """
 
-    absent: ClassVar[tuple[str, float]] = ("share", 0.0)
+    absent = ("share", 0.0)
     modulus_ratio: Parameter = eqx.field(metadata=unit("1", within=POSITIVE), default=3.12)
     share: Parameter = eqx.field(metadata=unit("1"), default=1.0)
     name: str = eqx.field(static=True, default="shear_and_rotary_inertia", kw_only=True)
@@ -75,7 +67,7 @@ class ShearAndRotaryInertia(GlobalChange):
         return changed(modes, (softening + softening.T) / 2, rotary, bent)
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["ShearAndRotaryInertia"]:
+    def suggest(cls, scales: Scales) -> list["ShearAndRotaryInertia"]:
         """Modulus ratios of common sections and Poisson's ratios; none for a bar."""
         if not isinstance(scales.modes, UniformBeam):
             return []
@@ -96,6 +88,3 @@ def _beam(modes: Modes) -> UniformBeam:
         "which moves along its axis and neither shears nor rotates",
         "Assemble the model with elements that shear.",
     )
-
-
-shear_and_rotary_inertia = ShearAndRotaryInertia

@@ -1,25 +1,19 @@
 """A support of a finite element model that is softer than assumed."""
 
-from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Int
 from numpyro.distributions import LogUniform
 
-from .._sites import unit
-from .._types import Parameter
 from ..modes.finite_elements.nodal_modes import NodalModes
 from ..modes.finite_elements.soft_supports import ANY_UNIT
 from ..modes.finite_elements.static_shapes import StaticShapes
 from ..modes.flexible_parts import SoftenedSupport
-from ..modes.modes import Modes
 from ..modes.underlying import underlying_nodal_modes
 from ._parts import centre, check_number, name_of
-from .effect import Hinged, Location
-from .instruments import Instruments
-from .scales import Scales
+from .prelude import Hinged, Instruments, Location, Modes, Parameter, Scales, unit
 
 SOFTEST, STIFFEST = 10.0, 1e-6
 """Compliance over that of the structure in the softest pattern of the support: the prior."""
@@ -54,7 +48,7 @@ class SoftSupport(Hinged):
     Structure: NodalModes, Modal damping, with compliant_support
     """
 
-    absent: ClassVar[tuple[str, float]] = ("compliance", 0.0)
+    absent = ("compliance", 0.0)
     support: str | int | Int[Array | np.ndarray, ""]
     compliance: Parameter = eqx.field(metadata=unit(_unit))
     compliance_unit: str = eqx.field(static=True, default=ANY_UNIT, kw_only=True, repr=False)
@@ -97,7 +91,7 @@ class SoftSupport(Hinged):
         return name_of(self.support, underlying_nodal_modes(modes).static_shapes.supports)
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["SoftSupport"]:
+    def suggest(cls, scales: Scales) -> list["SoftSupport"]:
         """One millionth of the compliance of the structure to ten times as much, for each support.
 
         The structure is taken in the softest pattern of the support; the other patterns, which
@@ -115,6 +109,3 @@ class SoftSupport(Hinged):
             for stiffness in shapes.least_support_stiffness(natural)
         ]
         return [cls(np.asarray(number), prior).on(modes) for number, prior in enumerate(priors)]
-
-
-soft_support = SoftSupport

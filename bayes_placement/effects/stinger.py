@@ -1,19 +1,13 @@
 """A stinger that holds the structure where an exciter drives it."""
 
 import math
-from collections.abc import Sequence
-from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform
 
-from .._ranges import POSITIVE, SHARE_OF_CRITICAL
-from .._sites import unit
-from .._types import Parameter
-from .effect import Omega, Stiffness
 from .instrument_effect import InstrumentEffect
-from .scales import Scales
+from .prelude import POSITIVE, SHARE_OF_CRITICAL, Omega, Parameter, Scales, Stiffness, unit
 
 
 class Stinger(InstrumentEffect):
@@ -39,9 +33,9 @@ class Stinger(InstrumentEffect):
     Array([10000.+0.j], dtype=complex128)
     """
 
-    changes_modes: ClassVar[bool] = False
-    absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
-    loads: ClassVar[tuple[str, ...]] = ("actuator",)
+    changes_modes = False
+    absent = ("stiffness", 0.0)
+    loads = ("actuator",)
     stiffness: Parameter = eqx.field(metadata=unit("N/m"))
     frequency: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE))
     damping_ratio: Parameter = eqx.field(metadata=unit("1", within=SHARE_OF_CRITICAL))
@@ -53,7 +47,7 @@ class Stinger(InstrumentEffect):
         return self.stiffness * (1 + 2j * self.damping_ratio * ratio - ratio**2)
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["Stinger"]:
+    def suggest(cls, scales: Scales) -> list["Stinger"]:
         """A spring of 1e-5 to 10 times the modal stiffness, resonant in the band or above.
 
         Below the band it would act as its mass alone, which is `actuator_mass`.
@@ -64,6 +58,3 @@ class Stinger(InstrumentEffect):
         stiffness = LogUniform(1e-5 * scales.stiffness, 10 * scales.stiffness)
         middle = math.sqrt(low * high)
         return [cls(stiffness, LogUniform(middle, 10 * high), LogUniform(0.003, 0.5))]
-
-
-stinger = Stinger

@@ -1,21 +1,16 @@
 """Something that connects two places of the structure."""
 
-from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform
 
-from .._sites import unit
-from .._types import Parameter
 from ..laws import Law, Spring
-from ..modes.modes import Modes
 from ..modes.points import Points
 from ..modes.ports import difference
 from ..positions.places import coordinates
-from .effect import Direction, NetworkAttachment, Place, placed
-from .scales import Scales
+from .prelude import Direction, Modes, NetworkAttachment, Parameter, Place, Scales, placed, unit
 
 
 class Strut(NetworkAttachment):
@@ -42,9 +37,10 @@ class Strut(NetworkAttachment):
     'structure.effects.strut.law.stiffness'
     """
 
-    tried_by_default: ClassVar[bool] = False
-    absent: ClassVar[tuple[str, float]] = ("strength", 0.0)
-    place_fields: ClassVar[tuple[str, ...]] = ("at", "to")
+    tried_by_default = False
+    absent = ("strength", 0.0)
+    acts_on = "relative"
+    place_fields = ("at", "to")
     at: Place = eqx.field(metadata=unit("m"))
     to: Place = eqx.field(metadata=unit("m"))
     law: Law
@@ -56,11 +52,6 @@ class Strut(NetworkAttachment):
     def kind(self) -> str:
         """Name of its kind, which is that of the network."""
         return f"strut: {self.law.in_words()}"
-
-    @property
-    def acts_on(self) -> str:
-        """What it acts on, as a result says it."""
-        return "relative"
 
     def on(self, modes: Modes) -> "Strut":
         """Return the effect with both ends placed on a structure."""
@@ -83,12 +74,9 @@ class Strut(NetworkAttachment):
         return self.strength * self.law
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["Strut"]:
+    def suggest(cls, scales: Scales) -> list["Strut"]:
         """A spring of 1e-5 to 100 times the modal stiffness, between any two places."""
         spring = Spring(LogUniform(1e-5 * scales.stiffness, 1e2 * scales.stiffness))
         places = scales.places()
         pairs = [(one, other) for i, one in enumerate(places) for other in places[i:]]
         return [cls(one, other, spring) for one, other in pairs]
-
-
-strut = Strut

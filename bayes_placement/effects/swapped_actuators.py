@@ -1,12 +1,8 @@
 """Two actuators, or two hits of a hammer, whose records are swapped."""
 
-from typing import ClassVar
-
 import equinox as eqx
 
-from .._sites import unit
-from .._types import Parameter
-from .instruments import Number
+from .prelude import Number, Parameter, unit
 from .swapped import Swapped
 
 
@@ -28,12 +24,9 @@ class SwappedActuators(Swapped):
     ['swapped_actuators']
     """
 
-    changes_modes: ClassVar[bool] = False
-    side: ClassVar[str] = "actuator"
+    changes_modes = False
+    side = "actuator"
     actuator: Number
     other: Number
     share: Parameter = eqx.field(metadata=unit("1"), default=1.0)
     name: str = eqx.field(static=True, default="swapped_actuators", kw_only=True)
-
-
-swapped_actuators = SwappedActuators

@@ -1,12 +1,8 @@
 """Two sensors whose cables are swapped."""
 
-from typing import ClassVar
-
 import equinox as eqx
 
-from .._sites import unit
-from .._types import Parameter
-from .instruments import Number
+from .prelude import Number, Parameter, unit
 from .swapped import Swapped
 
 
@@ -28,11 +24,8 @@ class SwappedSensors(Swapped):
     ['swapped_sensors']
     """
 
-    side: ClassVar[str] = "sensor"
+    side = "sensor"
     sensor: Number
     other: Number
     share: Parameter = eqx.field(metadata=unit("1"), default=1.0)
     name: str = eqx.field(static=True, default="swapped_sensors", kw_only=True)
-
-
-swapped_sensors = SwappedSensors

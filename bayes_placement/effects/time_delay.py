@@ -1,19 +1,10 @@
 """A delay of all sensor channels against the force."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import Distribution
 
-from .._ranges import DELAY
-from .._sites import unit
-from .._types import Parameter
-from .effect import Omega
-from .instrument_effect import Factor, InstrumentEffect
-from .instruments import Instruments
-from .scales import Scales
+from .prelude import DELAY, Factor, InstrumentEffect, Instruments, Omega, Parameter, Scales, unit
 from .signed import log_uniform_of_either_sign
 
 
@@ -32,22 +23,18 @@ class TimeDelay(InstrumentEffect):
     ['structure.damping.ratio', 'sensor.s1.position', 'instrument_effects.time_delay.delay']
     """
 
-    changes_modes: ClassVar[bool] = False
-    absent: ClassVar[tuple[str, float]] = ("delay", 0.0)
+    changes_modes = False
+    absent = ("delay", 0.0)
+    acts_on = "all_channels"
     delay: Parameter = eqx.field(metadata=unit("s", within=DELAY))
     name: str = eqx.field(static=True, default="time_delay", kw_only=True)
-
-    @property
-    def acts_on(self) -> str:
-        """What it acts on, as a result says it."""
-        return "all_channels"
 
     def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:
         """Return exp(-i omega tau)."""
         return jnp.exp(-1j * omega * self.delay)[None, None]
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["TimeDelay"]:
+    def suggest(cls, scales: Scales) -> list["TimeDelay"]:
         """Up to half a period at the top of the band, either way: log-uniform from 1e-4 of it."""
         return [cls(delay_prior(scales))]
 
@@ -56,6 +43,3 @@ def delay_prior(scales: Scales) -> Distribution:
     """Prior of a delay [s] that a channel may have against another one."""
     longest = 0.5 / scales.band[1]
     return log_uniform_of_either_sign(1e-4 * longest, -longest, longest)
-
-
-time_delay = TimeDelay

@@ -1,18 +1,12 @@
 """A tuned mass damper on one place of the structure."""
 
-from collections.abc import Sequence
-from typing import ClassVar
-
 import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform
 
 from .._ranges import POSITIVE, SHARE_OF_CRITICAL
-from .._sites import unit
-from .._types import Parameter
 from ..laws import Dashpot, Law, Mass, Spring
-from .effect import Direction, NetworkAttachment, Place
-from .scales import Scales
+from .prelude import Direction, NetworkAttachment, Parameter, Place, Scales, unit
 
 
 class TunedAbsorber(NetworkAttachment):
@@ -41,7 +35,7 @@ class TunedAbsorber(NetworkAttachment):
     170.0
     """
 
-    absent: ClassVar[tuple[str, float]] = ("mass", 0.0)
+    absent = ("mass", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     mass: Parameter = eqx.field(metadata=unit("kg"))
     frequency: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE))
@@ -56,7 +50,7 @@ class TunedAbsorber(NetworkAttachment):
         return self.mass * (foot - Mass(1.0))
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["TunedAbsorber"]:
+    def suggest(cls, scales: Scales) -> list["TunedAbsorber"]:
         """An absorber of 0.001 % to 30 % of the mass, tuned within the band, anywhere."""
         return [
             cls(
@@ -68,6 +62,3 @@ class TunedAbsorber(NetworkAttachment):
             )
             for place, direction in scales.places_and_directions()
         ]
-
-
-tuned_absorber = TunedAbsorber

@@ -1,18 +1,12 @@
 """A modulus that relaxes, and so depends on frequency."""
 
 import math
-from collections.abc import Sequence
-from typing import ClassVar
 
 import equinox as eqx
 from jaxtyping import Array, Complex
 from numpyro.distributions import LogUniform
 
-from .._ranges import POSITIVE
-from .._sites import unit
-from .._types import Parameter
-from .effect import Modulus, Omega
-from .scales import Scales
+from .prelude import POSITIVE, Modulus, Omega, Parameter, Scales, unit
 
 
 class ViscoelasticModulus(Modulus):
@@ -34,7 +28,7 @@ class ViscoelasticModulus(Modulus):
     (0.25+0.25j)
     """
 
-    absent: ClassVar[tuple[str, float]] = ("relaxing", 0.0)
+    absent = ("relaxing", 0.0)
     relaxing: Parameter = eqx.field(metadata=unit("1"))
     relaxation_time: Parameter = eqx.field(metadata=unit("s", within=POSITIVE))
     name: str = eqx.field(static=True, default="viscoelastic_modulus", kw_only=True)
@@ -45,11 +39,8 @@ class ViscoelasticModulus(Modulus):
         return self.relaxing * rate / (1 + rate)
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["ViscoelasticModulus"]:
+    def suggest(cls, scales: Scales) -> list["ViscoelasticModulus"]:
         """A modulus that relaxes by 0.1 % to 100 %, at a rate in the band or a decade outside."""
         low, high = scales.band
         times = LogUniform(0.1 / (2 * math.pi * high), 10 / (2 * math.pi * low))
         return [cls(LogUniform(1e-3, 1.0), times)]
-
-
-viscoelastic_modulus = ViscoelasticModulus

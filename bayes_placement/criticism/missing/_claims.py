@@ -7,12 +7,10 @@ import jax
 import numpy as np
 
 from ..._sites import is_unknown
-from ...effects.damping_layer import damping_layer
 from ...effects.effect import AtPlace, Effect, NetworkAttachment
-from ...effects.inserted import inserted
 from ...effects.library import EFFECTS, kind_of
 from ...effects.over_extent import OverExtent
-from ...effects.strut import strut
+from ...effects.registry import damping_layer, inserted, strut
 from ...laws.canonical import canonical
 from ...laws.law import Law
 from ..locations import locations

@@ -8,12 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.special import ndtri
 
-from ...effects.attached import attached
 from ...effects.effect import GlobalChange
-from ...effects.inserted import inserted
 from ...effects.on_rotation import bending_scale
+from ...effects.registry import attached, inserted, strut
 from ...effects.scales import Scales
-from ...effects.strut import strut
 from ...experiment.applied import needs_other_lines
 from ...experiment.experiment import Experiment
 from ...inference.residuals import Problem, fields_of

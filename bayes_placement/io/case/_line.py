@@ -8,7 +8,7 @@ import numpy as np
 from numpyro.distributions import Distribution, LogNormal, Normal, Uniform
 
 from ..._types import Parameter
-from ...effects.attached import Attached, attached
+from ...effects.attached import Attached
 from ...experiment.damping import Modal
 from ...experiment.structure import Structure
 from ...laws import Dashpot, Spring
@@ -195,7 +195,7 @@ def _suspension(nominal: LineStructure, values: dict[str, float]) -> list[Attach
     mass = values["density_kg_m3"] * area * nominal.length
     relaxation = 2 * values["modal_damping_ratio"] / np.sqrt(sum(springs) / mass)
     return [
-        attached(place, Spring(k) | Dashpot(float(relaxation * k)), name=f"suspension_{number}")
+        Attached(place, Spring(k) | Dashpot(float(relaxation * k)), name=f"suspension_{number}")
         for number, (place, k) in enumerate(zip(places, springs, strict=True), start=1)
     ]
 
