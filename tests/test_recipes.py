@@ -135,6 +135,11 @@ def test_all_are_listed_and_have_examples_without_a_further_edit(copy):
     assert "3 passed" in output
 
 
+def test_an_effect_of_one_port_is_short():
+    code, _ = blocks("Add an effect")
+    assert len(code.strip().splitlines()) <= 45
+
+
 def test_all_recipes_are_followed():
     headings = re.findall(r"^## (Add .*)$", (ROOT / "CONTRIBUTING.md").read_text(), re.MULTILINE)
     assert headings == [

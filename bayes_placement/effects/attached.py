@@ -2,12 +2,10 @@
 
 import equinox as eqx
 
-from ..laws import Law
 from ..modes.ports import MOTIONS, rotation
-from ..positions.places import coordinates
-from .on_rotation import Footprint, check_rotation
+from .effect import Direction, NetworkAttachment, Place
 from .one_of import check_one_of
-from .prelude import Direction, Modes, NetworkAttachment, Parameter, Place, Points, Scales, unit
+from .prelude import Footprint, Law, Modes, Parameter, Points, check_rotation, coordinates, unit
 
 
 class Attached(NetworkAttachment):
@@ -69,16 +67,6 @@ class Attached(NetworkAttachment):
             return NetworkAttachment.points(self, modes)
         return rotation(coordinates(self.at), self.footprint, self.direction, modes)
 
-    def uncertain_ports(self, modes: Modes) -> int:
-        """Number of directions of a displacement; errors of shapes are none of rotations."""
-        of_displacement = NetworkAttachment.uncertain_ports(self, modes)
-        return of_displacement if self.motion == "displacement" else 0
-
     def network(self) -> Law:
         """Return the law, scaled."""
         return self.strength * self.law
-
-    @classmethod
-    def suggest(cls, scales: Scales) -> list["Attached"]:
-        """Return none: the law is yours."""
-        return []

@@ -3,8 +3,8 @@
 import equinox as eqx
 import jax.numpy as jnp
 
-from .on_transducer import OnTransducer
-from .prelude import DELAY, Factor, Instruments, Number, Omega, Parameter, Scales, unit
+from .instruments import Instruments, Number
+from .prelude import DELAY, Factor, Omega, OnTransducer, Parameter, Scales, unit
 from .time_delay import delay_prior
 
 

@@ -6,8 +6,8 @@ from jaxtyping import Array, Complex, Float
 from numpyro.distributions import LogUniform
 
 from ._describing_functions import circle_segment, limited_share, tried_places
-from .amplitude_attachment import AmplitudeAttachment
-from .prelude import NOT_NEGATIVE, POSITIVE, Direction, Omega, Parameter, Place, Scales, unit
+from .effect import Direction, Omega, Place, at_each
+from .prelude import NOT_NEGATIVE, POSITIVE, AmplitudeAttachment, Parameter, Scales, unit
 
 
 class CoulombFriction(AmplitudeAttachment):
@@ -65,12 +65,6 @@ class CoulombFriction(AmplitudeAttachment):
         """Forces that matter at the amplitudes of this experiment; none if these are not known."""
         displacement, places = tried_places(scales)
         greatest = scales.stiffness * displacement
-        return [
-            cls(
-                place,
-                LogUniform(1e-4 * greatest, greatest),
-                LogUniform(1e-2 * scales.stiffness, 1e2 * scales.stiffness),
-                direction=direction,
-            )
-            for place, direction in places
-        ]
+        force = LogUniform(1e-4 * greatest, greatest)
+        stiffness = LogUniform(1e-2 * scales.stiffness, 1e2 * scales.stiffness)
+        return at_each(cls, places, force=force, stiffness=stiffness)

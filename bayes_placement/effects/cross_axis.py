@@ -3,13 +3,11 @@
 import equinox as eqx
 import jax.numpy as jnp
 
-from .instrument_effect import InstrumentEffect
-from .instruments import Instruments, Number
-from .prelude import InputError, Location, Modes, Omega, Parameter, Receptance, Scales, unit
-from .signed import log_uniform_of_either_sign
+from .._types import InputError, Parameter, Receptance
+from .prelude import Instruments, Number, OfSide, Omega, Scales, log_uniform_of_either_sign, unit
 
 
-class CrossAxis(InstrumentEffect):
+class CrossAxis(OfSide):
     """A sensor each channel of which reads a share of its other channels too.
 
     Transverse sensitivity, ISO 16063-31: up to some percent of that along the axis. It is tried
@@ -32,6 +30,7 @@ class CrossAxis(InstrumentEffect):
 
     tried_by_default = False
     absent = ("share", 0.0)
+    side = "sensor"
     sensor: Number
     share: Parameter = eqx.field(metadata=unit("1"))
     name: str = eqx.field(static=True, default="cross_axis", kw_only=True)
@@ -52,7 +51,7 @@ class CrossAxis(InstrumentEffect):
                 "Name a sensor with more directions, or declare them: Sensor(..., "
                 "directions=(1, 2, 3))."
             )
-        return eqx.tree_at(lambda tree: tree.sensor, self, number)
+        return OfSide.numbered(self, instruments)
 
     def recorded(self, frf: Receptance, omega: Omega, instruments: Instruments) -> Receptance:
         """FRF whose channels of the sensor are mixed."""
@@ -60,14 +59,6 @@ class CrossAxis(InstrumentEffect):
         unchanged = jnp.eye(rows.size)
         mixed = unchanged + self.share * (1 - unchanged) * jnp.outer(rows, rows)
         return jnp.einsum("rs,saf->raf", mixed.astype(frf.dtype), frf)
-
-    def location(self, modes: Modes, instruments: Instruments) -> Location:
-        """Where the sensor was recorded [m]."""
-        return instruments.recorded(self.sensor)
-
-    def setting(self, modes: Modes, instruments: Instruments) -> str:
-        """Name of the sensor."""
-        return f"sensor {instruments.name(self.sensor)}"
 
     @classmethod
     def suggest(cls, scales: Scales) -> list["CrossAxis"]:

@@ -5,7 +5,7 @@ from jaxtyping import Array, Float
 from numpyro.distributions import LogUniform
 
 from ._describing_functions import tried_places
-from .prelude import AmplitudeAttachment, Direction, Omega, Parameter, Place, Scales, unit
+from .prelude import AmplitudeAttachment, Direction, Omega, Parameter, Place, Scales, at_each, unit
 
 
 class CubicStiffness(AmplitudeAttachment):
@@ -51,4 +51,4 @@ class CubicStiffness(AmplitudeAttachment):
         displacement, places = tried_places(scales)
         middle = scales.stiffness / displacement**2
         stiffness = LogUniform(1e-4 * middle, 1e4 * middle)
-        return [cls(place, stiffness, direction=direction) for place, direction in places]
+        return at_each(cls, places, stiffness=stiffness)

@@ -7,12 +7,10 @@ import jax.numpy as jnp
 from numpyro.distributions import LogUniform
 
 from .._ranges import POSITIVE, SIGNED_LOSS_FACTOR
-from ..modes.modes import Modes
 from ..modes.ports import cuts_over, over
 from ..modes.underlying import required_line, underlying_line
-from ..positions.places import coordinates
-from .port_law import PortLaw
-from .prelude import AtPlace, Omega, OnPorts, Parameter, Place, Scales, Stiffness, placed, unit
+from .effect import AtPlace, Omega, OnPorts, Place, Stiffness, placed
+from .prelude import Modes, Parameter, PortLaw, Scales, coordinates, unit
 
 
 class DampingLayer(AtPlace, OnPorts):

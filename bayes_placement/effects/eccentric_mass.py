@@ -6,12 +6,10 @@ import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform, Uniform
 
-from .._ranges import NOT_NEGATIVE
 from ..modes.ports import beside, rotation
-from ..positions.places import coordinates
+from .effect import AtPlace, Omega, OnPorts, Place, Stiffness
 from .on_rotation import bending_scale
-from .port_law import PortLaw
-from .prelude import AtPlace, Mass, Modes, Omega, OnPorts, Parameter, Place, Scales, Stiffness, unit
+from .prelude import NOT_NEGATIVE, Mass, Modes, Parameter, PortLaw, Scales, coordinates, unit
 
 
 class EccentricMass(AtPlace, OnPorts):

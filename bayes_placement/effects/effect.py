@@ -2,7 +2,7 @@
 
 import abc
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar, TypeAlias, TypeVar
 
 import equinox as eqx
@@ -27,7 +27,7 @@ from . import _setting_words
 from ._directions import check_direction
 from .instruments import Instruments
 from .port_law import PortLaw
-from .scales import Scales
+from .scales import Axis, Scales
 
 Omega: TypeAlias = Inexact[Array, "frequency"]
 """Angular frequencies [rad/s]."""
@@ -49,6 +49,7 @@ OF_CHANNELS = "of channels"
 
 Self = TypeVar("Self", bound="Effect")
 SelfAtPlace = TypeVar("SelfAtPlace", bound="AtPlace")
+Placed = TypeVar("Placed", bound="Effect")
 
 
 @with_short_repr
@@ -113,15 +114,15 @@ class Effect(eqx.Module):
         return ""
 
     @classmethod
-    @abc.abstractmethod
     def suggest(cls, scales: Scales) -> Sequence["Effect"]:
-        """Variants to be tried on an experiment, with priors scaled to its structure.
+        """Variants to be tried on an experiment, with priors scaled to its structure; here none.
 
         Parameters
         ----------
         scales
             Sizes of the structure and its instruments.
         """
+        return []
 
     def __check_init__(self) -> None:
         for field in dataclasses.fields(self):
@@ -270,7 +271,9 @@ class Attachment(AtPlace, OnPorts):
         return [PortLaw(self.points(modes), self.dynamic_stiffness(omega))]
 
     def uncertain_ports(self, modes: Modes) -> int:
-        """Number of directions in which it acts."""
+        """Number of directions of a displacement at one place, whose errors count."""
+        if self.acts_on != "displacement":
+            return 0
         return len(modes.axes) if self.direction is None else 1
 
 
@@ -356,7 +359,11 @@ class Hinged(StructureEffect):
         """Hinges that it adds, or parts of a finite element model that become softer."""
 
 
-Placed = TypeVar("Placed", bound=Effect)
+def at_each(
+    kind: Callable[..., Placed], places: Sequence[tuple[Any, Axis]], **numbers: Any
+) -> list[Placed]:
+    """Effects of one kind at places and along directions, with the same priors of their numbers."""
+    return [kind(place, direction=direction, **numbers) for place, direction in places]
 
 
 def placed(effect: Placed, modes: Modes, field: str = "at") -> Placed:

@@ -3,8 +3,8 @@
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
-from ..laws import Spring
-from .prelude import NOT_NEGATIVE, Direction, Extent, OverExtent, Parameter, Place, Scales, unit
+from .over_extent import Extent, OverExtent
+from .prelude import NOT_NEGATIVE, Direction, Parameter, Place, Scales, Spring, unit
 
 
 class Foundation(OverExtent):

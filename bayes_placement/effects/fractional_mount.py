@@ -5,8 +5,8 @@ import math
 import equinox as eqx
 from numpyro.distributions import LogUniform, Uniform
 
-from ..laws import Springpot
-from .prelude import ORDER, POSITIVE, Direction, NetworkAttachment, Parameter, Place, Scales, unit
+from .effect import Direction, NetworkAttachment, Place, at_each
+from .prelude import ORDER, POSITIVE, Parameter, Scales, Springpot, unit
 
 
 class FractionalMount(NetworkAttachment):
@@ -52,8 +52,5 @@ class FractionalMount(NetworkAttachment):
         """Any order, of 1e-5 to 100 times the modal stiffness in the middle of the band."""
         stiffness = LogUniform(1e-5 * scales.stiffness, 1e2 * scales.stiffness)
         middle = scales.angular_frequency / (2 * math.pi)
-        places = scales.places_and_directions()
-        return [
-            cls(place, stiffness, Uniform(0.0, 1.0), middle, direction=direction)
-            for place, direction in places
-        ]
+        numbers = {"stiffness": stiffness, "order": Uniform(0.0, 1.0), "frequency": middle}
+        return at_each(cls, scales.places_and_directions(), **numbers)

@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import equinox as eqx
 
-from .on_transducer import OnTransducer
-from .prelude import RELATIVE, Instruments, Number, Omega, Parameter, Receptance, Scales, unit
+from .._types import Parameter, Receptance
+from .prelude import RELATIVE, Instruments, Number, Omega, OnTransducer, Scales, unit
 from .signed import log_uniform_of_either_sign
 
 

@@ -6,8 +6,8 @@ from jaxtyping import Array, Float
 from numpyro.distributions import LogUniform
 
 from ._describing_functions import circle_segment, limited_share, tried_places
-from .amplitude_attachment import AmplitudeAttachment
-from .prelude import NOT_NEGATIVE, Direction, Omega, Parameter, Place, Scales, unit
+from .effect import Direction, Omega, Place, at_each
+from .prelude import NOT_NEGATIVE, AmplitudeAttachment, Parameter, Scales, unit
 
 
 class Gap(AmplitudeAttachment):
@@ -61,12 +61,6 @@ class Gap(AmplitudeAttachment):
     def suggest(cls, scales: Scales) -> list["Gap"]:
         """A clearance of 1e-3 to 1 times the greatest displacement; none if that is not known."""
         displacement, places = tried_places(scales)
-        return [
-            cls(
-                place,
-                LogUniform(1e-3 * scales.stiffness, 1e3 * scales.stiffness),
-                LogUniform(1e-3 * displacement, displacement),
-                direction=direction,
-            )
-            for place, direction in places
-        ]
+        stiffness = LogUniform(1e-3 * scales.stiffness, 1e3 * scales.stiffness)
+        clearance = LogUniform(1e-3 * displacement, displacement)
+        return at_each(cls, places, stiffness=stiffness, clearance=clearance)

@@ -3,7 +3,7 @@
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
-from .prelude import Dashpot, Direction, NetworkAttachment, Parameter, Place, Scales, unit
+from .prelude import Dashpot, Direction, NetworkAttachment, Parameter, Place, Scales, at_each, unit
 
 
 class GroundDashpot(NetworkAttachment):
@@ -40,5 +40,4 @@ class GroundDashpot(NetworkAttachment):
         """A dashpot of 1e-5 to 1 times the mass times the middle angular frequency of the band."""
         largest = scales.stiffness / scales.angular_frequency
         viscosity = LogUniform(1e-5 * largest, largest)
-        places = scales.places_and_directions()
-        return [cls(place, viscosity, direction=direction) for place, direction in places]
+        return at_each(cls, scales.places_and_directions(), viscosity=viscosity)

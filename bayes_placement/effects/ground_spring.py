@@ -6,8 +6,8 @@ import equinox as eqx
 import numpy as np
 from numpyro.distributions import Distribution, LogUniform
 
-from .prelude import Direction, NetworkAttachment, Parameter, Place, Scales, Spring, unit
-from .signed import negative_log_uniform, where_negative
+from .effect import Direction, NetworkAttachment, Place, at_each
+from .prelude import Parameter, Scales, Spring, negative_log_uniform, unit, where_negative
 
 
 class GroundSpring(NetworkAttachment):
@@ -61,8 +61,5 @@ class GroundSpring(NetworkAttachment):
         )
         if assumed > least:
             priors.append(negative_log_uniform(least, assumed))
-        return [
-            cls(place, prior, direction=direction)
-            for prior in priors
-            for place, direction in scales.places_and_directions()
-        ]
+        places = scales.places_and_directions()
+        return [effect for prior in priors for effect in at_each(cls, places, stiffness=prior)]

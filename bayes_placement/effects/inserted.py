@@ -4,13 +4,11 @@ from collections.abc import Sequence
 
 import equinox as eqx
 
-from ..modes.modes import Modes
 from ..modes.ports import MOTIONS, cut
 from ..modes.underlying import required_line
-from ..positions.places import coordinates
+from .effect import AtPlace, Omega, OnPorts, Place, Stiffness, placed
 from .one_of import check_one_of
-from .port_law import PortLaw
-from .prelude import AtPlace, Law, Omega, OnPorts, Parameter, Place, Scales, Stiffness, placed, unit
+from .prelude import Law, Modes, Parameter, PortLaw, coordinates, unit
 
 
 class Inserted(AtPlace, OnPorts):
@@ -72,8 +70,3 @@ class Inserted(AtPlace, OnPorts):
         numerator, denominator = self.law.fraction(omega)
         compliance = -self.strength * denominator * modulus**2
         return [PortLaw(cut(coordinates(self.at), self.motion, modes), compliance, numerator)]
-
-    @classmethod
-    def suggest(cls, scales: Scales) -> list["Inserted"]:
-        """Return none: the law is yours."""
-        return []

@@ -8,17 +8,15 @@ import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform, Uniform
 
-from .._ranges import POSITIVE, SHARE_LOST
 from ..modes.beams.uniform_line import UniformLine
 from ..modes.hinges import Hinge
 from ..modes.underlying import required_line, underlying_line
-from . import _setting_words
-from .instruments import Instruments
-from .prelude import Hinged, InputError, Location, Modes, Parameter, Place, Scales, placed, unit
+from .effect import AtPlace, Hinged, Place, placed
+from .prelude import POSITIVE, SHARE_LOST, InputError, Modes, Parameter, Scales, unit
 from .signed import negative_log_uniform, where_negative
 
 
-class LocalStiffnessLoss(Hinged):
+class LocalStiffnessLoss(AtPlace, Hinged):
     """A share of the bending (axial) stiffness lost along a short stretch: a crack, a notch.
 
     The flexibility 1 / (E I) grows by loss / (1 - loss) / (E I) along the extent (Friswell and
@@ -45,7 +43,6 @@ class LocalStiffnessLoss(Hinged):
 
     absent = ("loss", 0.0)
     acts_on = "cut"
-    place_fields = ("at",)
     at: Place = eqx.field(metadata=unit("m"))
     extent: Parameter = eqx.field(metadata=unit("m", within=POSITIVE))
     loss: Parameter = eqx.field(metadata=unit("1", within=SHARE_LOST))
@@ -82,15 +79,6 @@ class LocalStiffnessLoss(Hinged):
         offset = self.extent / (2 * math.sqrt(3))
         places = [jnp.clip(self.at + side * offset, 0.0, line.length) for side in (-1, 1)]
         return [Hinge(place, line.half_order, compliance) for place in places]
-
-    def location(self, modes: Modes, instruments: Instruments) -> Location:
-        """Middle of the stretch [m]."""
-        at: Any = self.at
-        return at
-
-    def setting(self, modes: Modes, instruments: Instruments) -> str:
-        """Where it is, if that is known."""
-        return _setting_words.place(self.at, modes.bounds())
 
     def remark(self, estimates: Mapping[str, tuple[float, float]]) -> str:
         """Say that stiffness was added, where the loss is negative."""

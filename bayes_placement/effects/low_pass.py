@@ -7,9 +7,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform
 
-from .instrument_effect import Factor
-from .on_transducer import OnTransducer
-from .prelude import POSITIVE, InputError, Instruments, Number, Omega, Parameter, Scales, unit
+from .._types import InputError, Parameter
+from .prelude import POSITIVE, Factor, Instruments, Number, Omega, OnTransducer, Scales, unit
 
 
 class LowPass(OnTransducer):

@@ -9,8 +9,8 @@ from jaxtyping import Array, Bool, Float
 from numpyro.distributions import LogUniform, Uniform
 
 from .._ranges import ANGLE, NOT_NEGATIVE, POSITIVE
-from .on_transducer import OnTransducer, channels
-from .prelude import InputError, Instruments, Number, Omega, Parameter, Receptance, Scales, unit
+from .._types import InputError, Parameter, Receptance
+from .prelude import Instruments, Number, Omega, OnTransducer, Scales, channels, unit
 
 MAINS = (50.0, 60.0)
 """Frequencies of the mains [Hz]."""

@@ -3,8 +3,8 @@
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
-from ..laws import Dashpot, Law, Spring
-from .prelude import POSITIVE, Direction, NetworkAttachment, Parameter, Place, Scales, unit
+from .effect import Direction, NetworkAttachment, Place, at_each
+from .prelude import POSITIVE, Dashpot, Law, Parameter, Scales, Spring, unit
 
 
 class MaxwellMount(NetworkAttachment):
@@ -49,4 +49,4 @@ class MaxwellMount(NetworkAttachment):
         low, high = scales.band
         time = LogUniform(0.016 / high, 1.6 / low)
         places = scales.places_and_directions()
-        return [cls(place, stiffness, time, direction=direction) for place, direction in places]
+        return at_each(cls, places, stiffness=stiffness, relaxation_time=time)

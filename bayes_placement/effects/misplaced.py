@@ -13,28 +13,21 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import Uniform
 
-from .._sites import is_unknown
 from .._types import InputError, Parameter
-from ..modes.modes import Modes
 from ..positions.bounds import in_space
 from ..positions.places import Cartesian, Frame, coordinates
 from ..positions.vectors import CartesianComponents, triple
 from . import _setting_words
-from .effect import Location
-from .instrument_effect import InstrumentEffect
-from .instruments import Instruments, Number
-from .scales import Scales
+from .prelude import Instruments, Modes, Number, OfSide, Scales, is_unknown, unit
 
 Self = TypeVar("Self", bound="Misplaced")
 
 
-class Misplaced(InstrumentEffect):
+class Misplaced(OfSide):
     """A transducer of a side shifted from its recorded place, far beyond its tolerance.
 
     Attributes
     ----------
-    side
-        Its side, `sensor` or `actuator`, which is the field that holds its name.
     shift
         Distance from its recorded place and tolerance [m].
     towards
@@ -45,16 +38,9 @@ class Misplaced(InstrumentEffect):
 
     absent: ClassVar[tuple[str, float]] = ("shift", 0.0)
     place_fields: ClassVar[tuple[str, ...]] = ("shift",)
-    side: eqx.AbstractClassVar[str]
     shift: eqx.AbstractVar[Parameter]
     towards: eqx.AbstractVar[tuple[Any, ...]]
     bearing: eqx.AbstractVar[Parameter]
-
-    @property
-    def transducer(self) -> Number:
-        """Name or number of the transducer."""
-        number: Number = getattr(self, self.side)
-        return number
 
     def on(self: Self, modes: Modes) -> Self:
         """Return the effect as it is.
@@ -88,17 +74,6 @@ class Misplaced(InstrumentEffect):
                 "shift=0.02 for 20 mm."
             )
 
-    def numbered(self: Self, instruments: Instruments) -> Self:
-        """Return the effect with its transducer by number.
-
-        Raises
-        ------
-        InputError
-            If the experiment has no such transducer.
-        """
-        number = instruments.number(self.transducer, self.side)
-        return eqx.tree_at(lambda tree: getattr(tree, self.side), self, number)
-
     def moved(self, instruments: Instruments, modes: Modes) -> Instruments:
         """Transducers of which this one is shifted, as far as the structure extends."""
         corners = [jnp.asarray(corner, float) for corner in modes.bounds()]
@@ -120,15 +95,10 @@ class Misplaced(InstrumentEffect):
         parts = jnp.stack([jnp.cos(angle), jnp.sin(angle)])
         return self.shift * parts[: len(self.towards)]
 
-    def location(self, modes: Modes, instruments: Instruments) -> Location:
-        """Where the transducer was recorded [m]."""
-        return instruments.recorded(self.transducer, self.side)
-
     def setting(self, modes: Modes, instruments: Instruments) -> str:
         """Name of the transducer, and the direction of the shift if there is only one."""
         direction = _setting_words.along(self.towards[0]) if len(self.towards) == 1 else ""
-        name = instruments.name(self.transducer, self.side)
-        return _setting_words.joined(f"{self.side} {name}", direction)
+        return _setting_words.joined(OfSide.setting(self, modes, instruments), direction)
 
     @classmethod
     def suggest(cls: type[Self], scales: Scales) -> Sequence[Self]:
@@ -138,6 +108,65 @@ class Misplaced(InstrumentEffect):
             for name, transducer in scales.instruments.side(cls.side).items()
             for shift in _anywhere(scales.modes, transducer.recorded)
         ]
+
+
+class MisplacedSensor(Misplaced):
+    """A sensor shifted from its recorded place, far beyond its tolerance.
+
+    Parameters
+    ----------
+    sensor
+        Name of the sensor.
+    shift
+        Distance from its recorded place and tolerance [m].
+    towards
+        In space: the direction of the shift, or two directions at right angles on a surface.
+    bearing
+        Angle of the shift from the first of two directions to the second [rad].
+
+    Examples
+    --------
+    >>> elsewhere = bp.effects.misplaced_sensor("s1", shift=dist.Uniform(-0.1, 0.1))
+    >>> [unknown.name for unknown in (experiment + elsewhere).unknowns_of(elsewhere)]
+    ['instrument_effects.misplaced_sensor.shift']
+    """
+
+    side = "sensor"
+    sensor: Number
+    shift: Parameter = eqx.field(metadata=unit("m"))
+    towards: tuple[Any, ...] = eqx.field(default=(), kw_only=True)
+    bearing: Parameter = eqx.field(metadata=unit("rad"), default=0.0, kw_only=True)
+    name: str = eqx.field(static=True, default="misplaced_sensor", kw_only=True)
+
+
+class MisplacedActuator(Misplaced):
+    """An actuator or a hit of a hammer shifted from its recorded place, far beyond its tolerance.
+
+    Parameters
+    ----------
+    actuator
+        Name of the actuator or hammer hit.
+    shift
+        Distance from its recorded place and tolerance [m].
+    towards
+        In space: the direction of the shift, or two directions at right angles on a surface.
+    bearing
+        Angle of the shift from the first of two directions to the second [rad].
+
+    Examples
+    --------
+    >>> elsewhere = bp.effects.misplaced_actuator("a1", shift=0.05)
+    >>> [effect.name for effect in (experiment + elsewhere).effects]
+    ['misplaced_actuator']
+    """
+
+    changes_modes = False
+    side = "actuator"
+    actuator: Number
+    shift: Parameter = eqx.field(metadata=unit("m"))
+    towards: tuple[Any, ...] = eqx.field(default=(), kw_only=True)
+    bearing: Parameter = eqx.field(metadata=unit("rad"), default=0.0, kw_only=True)
+    name: str = eqx.field(static=True, default="misplaced_actuator", kw_only=True)
 
 
 def _is_open(number: Any) -> bool:

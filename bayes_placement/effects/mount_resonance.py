@@ -8,11 +8,10 @@ import jax.numpy as jnp
 from numpyro.distributions import LogUniform
 
 from .._ranges import POSITIVE, SHARE_OF_CRITICAL
-from .instrument_effect import Factor, InstrumentEffect
-from .prelude import Instruments, Location, Modes, Number, Omega, Parameter, Scales, unit
+from .prelude import Factor, Instruments, Number, OfSide, Omega, Parameter, Scales, unit
 
 
-class MountResonance(InstrumentEffect):
+class MountResonance(OfSide):
     """A sensor on a soft mount, a factor (w0^2 + 2 i z w0 w) / (w0^2 - w^2 + 2 i z w0 w).
 
     ISO 5348: the sensor moves as an oscillator driven through its foot; w0 is infinite for a rigid
@@ -35,33 +34,16 @@ class MountResonance(InstrumentEffect):
     """
 
     absent = ("frequency", math.inf)
+    side = "sensor"
     sensor: Number
     frequency: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE))
     damping_ratio: Parameter = eqx.field(metadata=unit("1", within=SHARE_OF_CRITICAL))
     name: str = eqx.field(static=True, default="mount_resonance", kw_only=True)
 
-    def numbered(self, instruments: Instruments) -> "MountResonance":
-        """Return the effect with its sensor by number.
-
-        Raises
-        ------
-        InputError
-            If the experiment has no such sensor.
-        """
-        return eqx.tree_at(lambda tree: tree.sensor, self, instruments.number(self.sensor))
-
     def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:
         """Return the transmission of the mount on the channels of the sensor."""
         ratio = omega / (2 * jnp.pi * self.frequency)
         return 1 + instruments.of(self.sensor)[:, None, None] * excess(ratio, self.damping_ratio)
-
-    def location(self, modes: Modes, instruments: Instruments) -> Location:
-        """Where the sensor was recorded [m]."""
-        return instruments.recorded(self.sensor)
-
-    def setting(self, modes: Modes, instruments: Instruments) -> str:
-        """Name of the sensor."""
-        return f"sensor {instruments.name(self.sensor)}"
 
     @classmethod
     def suggest(cls, scales: Scales) -> list["MountResonance"]:

@@ -45,10 +45,6 @@ class OnRotation(NetworkAttachment):
         """The slope of a beam, or the difference over the footprint."""
         return rotation(coordinates(self.at), self.footprint, self.direction, modes)
 
-    def uncertain_ports(self, modes: Modes) -> int:
-        """None: errors of shapes are errors of displacements."""
-        return 0
-
 
 def check_rotation(footprint: Footprint, direction: Direction, modes: Modes) -> None:
     """Refuse a rotation that the structure does not have, or without a footprint in space.

@@ -2,8 +2,7 @@
 
 import equinox as eqx
 
-from ..laws import Law
-from .prelude import NOT_NEGATIVE, Direction, Extent, OverExtent, Parameter, Place, Scales, unit
+from .prelude import NOT_NEGATIVE, Direction, Extent, Law, OverExtent, Parameter, Place, unit
 
 
 class Over(OverExtent):
@@ -46,8 +45,3 @@ class Over(OverExtent):
     def network(self) -> Law:
         """Return the law, scaled."""
         return self.strength * self.law
-
-    @classmethod
-    def suggest(cls, scales: Scales) -> list["Over"]:
-        """Return none: the law is yours."""
-        return []

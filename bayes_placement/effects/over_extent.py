@@ -44,10 +44,6 @@ class OverExtent(NetworkAttachment):
         """Ports all over the extent, on each of which all of the law acts."""
         return over(coordinates(self.at), self.extent, self.direction, modes).points
 
-    def uncertain_ports(self, modes: Modes) -> int:
-        """None: errors of shapes are errors at one place."""
-        return 0
-
 
 def without_flat_edges(effect: "OverExtent") -> "OverExtent":
     """Return the effect with None for edges of zero: a number is known too late to leave it out."""

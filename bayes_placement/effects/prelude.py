@@ -11,19 +11,20 @@ from .._ranges import (
     RATE,
     RELATIVE,
     SHARE_LOST,
-    SHARE_OF_CRITICAL,
     SIGNED_LOSS_FACTOR,
     SIZE,
+    Range,
+    ends,
 )
-from .._sites import STANDS_FOR, is_unknown, unit
-from .._types import InputError, Parameter, Receptance
-from ..laws import Dashpot, Law, Mass, Spring
+from .._sites import is_unknown, unit
+from .._types import InputError, Parameter
+from ..laws import Dashpot, Law, Mass, Spring, Springpot
 from ..modes.modes import Modes
 from ..modes.points import Points
+from ..positions.places import coordinates
 from .amplitude_attachment import AmplitudeAttachment
 from .effect import (
     OF_CHANNELS,
-    AtPlace,
     Direction,
     GlobalChange,
     Hinged,
@@ -31,15 +32,17 @@ from .effect import (
     Modulus,
     NetworkAttachment,
     Omega,
-    OnPorts,
     Place,
     Stiffness,
     StructureEffect,
-    placed,
+    at_each,
 )
 from .instrument_effect import Factor, InstrumentEffect
 from .instruments import Instruments, Number
-from .on_rotation import Footprint, OnRotation, bending_scale
+from .of_side import OfSide
+from .on_rotation import Footprint, check_rotation
+from .on_transducer import OnTransducer, channels
 from .over_extent import Extent, OverExtent
+from .port_law import PortLaw
 from .scales import Scales
-from .signed import log_uniform_of_either_sign
+from .signed import log_uniform_of_either_sign, negative_log_uniform, where_negative

@@ -24,12 +24,12 @@ from .time_delay import TimeDelay as time_delay
 from .channel_delay import ChannelDelay as channel_delay
 from .gain_error import GainError as gain_error
 from .mount_resonance import MountResonance as mount_resonance
-from .misplaced_sensor import MisplacedSensor as misplaced_sensor
-from .misplaced_actuator import MisplacedActuator as misplaced_actuator
+from .misplaced import MisplacedSensor as misplaced_sensor
+from .misplaced import MisplacedActuator as misplaced_actuator
 from .reversed_sensor import ReversedSensor as reversed_sensor
 from .reversed_channel import ReversedChannel as reversed_channel
-from .swapped_sensors import SwappedSensors as swapped_sensors
-from .swapped_actuators import SwappedActuators as swapped_actuators
+from .swapped import SwappedSensors as swapped_sensors
+from .swapped import SwappedActuators as swapped_actuators
 from .frequency_drift import FrequencyDrift as frequency_drift
 from .attached import Attached as attached
 from .inserted import Inserted as inserted

@@ -8,9 +8,8 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import Normal
 
-from .instrument_effect import InstrumentEffect
-from .instruments import Instruments
-from .prelude import OF_CHANNELS, InputError, Omega, Parameter, Scales, is_unknown, unit
+from .._types import InputError, Parameter
+from .prelude import OF_CHANNELS, InstrumentEffect, Instruments, Omega, Scales, is_unknown, unit
 
 
 class ResidualModes(InstrumentEffect):

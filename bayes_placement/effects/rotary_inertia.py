@@ -5,9 +5,8 @@ from collections.abc import Mapping
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
-from ..laws import Mass
-from .prelude import Direction, Footprint, OnRotation, Parameter, Place, Scales, bending_scale, unit
-from .signed import where_negative
+from .on_rotation import Footprint, OnRotation, bending_scale
+from .prelude import Direction, Mass, Parameter, Place, Scales, unit, where_negative
 
 
 class RotaryInertia(OnRotation):

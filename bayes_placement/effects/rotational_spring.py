@@ -3,8 +3,8 @@
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
-from ..laws import Spring
-from .prelude import Direction, Footprint, OnRotation, Parameter, Place, Scales, bending_scale, unit
+from .on_rotation import Footprint, OnRotation, bending_scale
+from .prelude import Direction, Parameter, Place, Scales, Spring, unit
 
 
 class RotationalSpring(OnRotation):

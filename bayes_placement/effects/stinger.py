@@ -6,8 +6,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform
 
-from .instrument_effect import InstrumentEffect
-from .prelude import POSITIVE, SHARE_OF_CRITICAL, Omega, Parameter, Scales, Stiffness, unit
+from .._ranges import POSITIVE, SHARE_OF_CRITICAL
+from .prelude import InstrumentEffect, Omega, Parameter, Scales, Stiffness, unit
 
 
 class Stinger(InstrumentEffect):

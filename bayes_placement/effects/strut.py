@@ -6,11 +6,9 @@ import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform
 
-from ..laws import Law, Spring
-from ..modes.points import Points
 from ..modes.ports import difference
-from ..positions.places import coordinates
-from .prelude import Direction, Modes, NetworkAttachment, Parameter, Place, Scales, placed, unit
+from .effect import Direction, NetworkAttachment, Place, placed
+from .prelude import Law, Modes, Parameter, Points, Scales, Spring, coordinates, unit
 
 
 class Strut(NetworkAttachment):
@@ -64,10 +62,6 @@ class Strut(NetworkAttachment):
         if direction is None and len(modes.axes) > 1:
             direction = tuple(jnp.asarray(ends[0]) - jnp.asarray(ends[1]))
         return difference(*ends, direction, modes)
-
-    def uncertain_ports(self, modes: Modes) -> int:
-        """None: errors of shapes are errors of displacements at one place."""
-        return 0
 
     def network(self) -> Law:
         """Return the law, scaled."""

@@ -9,34 +9,27 @@ import jax.numpy as jnp
 from jaxtyping import Array, Int
 
 from .._types import InputError, Parameter, Receptance
-from ..modes.modes import Modes
-from .effect import Location, Omega
-from .instrument_effect import InstrumentEffect
-from .instruments import Instruments, Number
-from .scales import Scales
+from .prelude import Instruments, Modes, Number, OfSide, Omega, Scales, unit
 
 Self = TypeVar("Self", bound="Swapped")
 
 
-class Swapped(InstrumentEffect):
+class Swapped(OfSide):
     """Two transducers of a side of which each has its record on the channels of the other.
 
     Attributes
     ----------
-    side
-        Their side, `sensor` or `actuator`, which is the field that holds the name of the first.
     other
         Name of the second, which has as many channels.
     """
 
     absent: ClassVar[tuple[str, float]] = ("share", 0.0)
-    side: eqx.AbstractClassVar[str]
     other: eqx.AbstractVar[Number]
 
     @property
     def pair(self) -> tuple[Number, Number]:
         """Names or numbers of the two."""
-        return getattr(self, self.side), self.other
+        return self.transducer, self.other
 
     def numbered(self: Self, instruments: Instruments) -> Self:
         """Return the effect with its transducers by number.
@@ -85,10 +78,6 @@ class Swapped(InstrumentEffect):
         first, second = (instruments.number(transducer, side) for transducer in self.pair)
         return order.at[table[first]].set(table[second]).at[table[second]].set(table[first])
 
-    def location(self, modes: Modes, instruments: Instruments) -> Location:
-        """Where the first of them was recorded [m]."""
-        return instruments.recorded(self.pair[0], self.side)
-
     def setting(self, modes: Modes, instruments: Instruments) -> str:
         """Names of the two."""
         first, second = (instruments.name(number, self.side) for number in self.pair)
@@ -103,3 +92,54 @@ class Swapped(InstrumentEffect):
             for first, second in itertools.combinations(transducers, 2)
             if len(transducers[first].channels) == len(transducers[second].channels)
         ]
+
+
+class SwappedSensors(Swapped):
+    """Two sensors of which each has its signal recorded on the channels of the other.
+
+    Parameters
+    ----------
+    sensor, other
+        Names of the two sensors, which have equally many channels.
+    share
+        1 where the two are swapped, 0 where they are not; between, a mixture.
+
+    Examples
+    --------
+    >>> sensors = [bp.Sensor("s1", at=0.2), bp.Sensor("s2", at=0.4)]
+    >>> two = bp.Experiment(structure, **setup | {"sensors": sensors})
+    >>> [effect.name for effect in (two + bp.effects.swapped_sensors("s1", "s2")).effects]
+    ['swapped_sensors']
+    """
+
+    side = "sensor"
+    sensor: Number
+    other: Number
+    share: Parameter = eqx.field(metadata=unit("1"), default=1.0)
+    name: str = eqx.field(static=True, default="swapped_sensors", kw_only=True)
+
+
+class SwappedActuators(Swapped):
+    """Two actuators or hits of which each has its runs recorded under the name of the other.
+
+    Parameters
+    ----------
+    actuator, other
+        Names of the two actuators, which have equally many channels.
+    share
+        1 where the two are swapped, 0 where they are not; between, a mixture.
+
+    Examples
+    --------
+    >>> actuators = [bp.Actuator("a1", at=0.3), bp.Actuator("a2", at=0.6)]
+    >>> two = bp.Experiment(structure, **setup | {"actuators": actuators})
+    >>> [effect.name for effect in (two + bp.effects.swapped_actuators("a1", "a2")).effects]
+    ['swapped_actuators']
+    """
+
+    changes_modes = False
+    side = "actuator"
+    actuator: Number
+    other: Number
+    share: Parameter = eqx.field(metadata=unit("1"), default=1.0)
+    name: str = eqx.field(static=True, default="swapped_actuators", kw_only=True)

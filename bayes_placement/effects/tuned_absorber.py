@@ -5,8 +5,8 @@ import jax.numpy as jnp
 from numpyro.distributions import LogUniform
 
 from .._ranges import POSITIVE, SHARE_OF_CRITICAL
-from ..laws import Dashpot, Law, Mass, Spring
-from .prelude import Direction, NetworkAttachment, Parameter, Place, Scales, unit
+from .effect import Direction, NetworkAttachment, Place, at_each
+from .prelude import Dashpot, Law, Mass, Parameter, Scales, Spring, unit
 
 
 class TunedAbsorber(NetworkAttachment):
@@ -52,13 +52,10 @@ class TunedAbsorber(NetworkAttachment):
     @classmethod
     def suggest(cls, scales: Scales) -> list["TunedAbsorber"]:
         """An absorber of 0.001 % to 30 % of the mass, tuned within the band, anywhere."""
-        return [
-            cls(
-                place,
-                mass=LogUniform(scales.least_mass, 0.3 * scales.mass),
-                frequency=LogUniform(*scales.band),
-                damping_ratio=LogUniform(0.003, 0.3),
-                direction=direction,
-            )
-            for place, direction in scales.places_and_directions()
-        ]
+        return at_each(
+            cls,
+            scales.places_and_directions(),
+            mass=LogUniform(scales.least_mass, 0.3 * scales.mass),
+            frequency=LogUniform(*scales.band),
+            damping_ratio=LogUniform(0.003, 0.3),
+        )

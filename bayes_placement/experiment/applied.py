@@ -24,7 +24,6 @@ from ..effects.effect import (
 from ..effects.instrument_effect import InstrumentEffect
 from ..effects.instruments import Instruments
 from ..effects.port_law import PortLaw
-from ..effects.scales import Scales
 from ..modes.modes import Modes
 from ..modes.points import Points
 from .experiment import Experiment
@@ -54,11 +53,6 @@ class AppliedLaw(OnPorts):
         """The ports and the law on each, as they were applied."""
         return [PortLaw(self.points, self.numerator, self.denominator)]
 
-    @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["AppliedLaw"]:
-        """Return none: it is no candidate."""
-        return []
-
 
 class AppliedModulus(Modulus):
     """A modulus that is known at each line.
@@ -84,11 +78,6 @@ class AppliedModulus(Modulus):
         """Share of the damping law that remains [1]."""
         return self.kept
 
-    @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["AppliedModulus"]:
-        """Return none: it is no candidate."""
-        return []
-
 
 class AppliedFactor(InstrumentEffect):
     """A factor on each FRF that is known at each line.
@@ -108,11 +97,6 @@ class AppliedFactor(InstrumentEffect):
     ) -> Complex[Array, "sensor actuator frequency"]:
         """Factor at the lines [1]."""
         return self.known
-
-    @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["AppliedFactor"]:
-        """Return none: it is no candidate."""
-        return []
 
 
 def applied(known: Experiment) -> Experiment:
