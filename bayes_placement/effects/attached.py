@@ -4,8 +4,9 @@ import equinox as eqx
 
 from ..modes.ports import MOTIONS, rotation
 from .effect import Direction, NetworkAttachment, Place
+from .on_rotation import Footprint, check_rotation
 from .one_of import check_one_of
-from .prelude import Footprint, Law, Modes, Parameter, Points, check_rotation, coordinates, unit
+from .prelude import Law, Modes, Parameter, Points, Scales, coordinates, unit
 
 
 class Attached(NetworkAttachment):
@@ -70,3 +71,8 @@ class Attached(NetworkAttachment):
     def network(self) -> Law:
         """Return the law, scaled."""
         return self.strength * self.law
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> list["Attached"]:
+        """Return none: the law is yours."""
+        return []

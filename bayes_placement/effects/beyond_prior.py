@@ -7,8 +7,9 @@ import equinox as eqx
 import numpy as np
 from numpyro.distributions import Distribution, LogUniform, Uniform
 
+from .._ranges import Range, ends
 from .._sites import STANDS_FOR, unit
-from .prelude import Instruments, Modes, Parameter, Range, Scales, StructureEffect, ends
+from .prelude import Instruments, Modes, Parameter, Scales, StructureEffect
 
 FACTOR, WIDTHS = 3.0, 2.0
 """How far a default prior goes beyond the end of another one: up to a factor where that has no

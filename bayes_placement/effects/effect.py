@@ -114,15 +114,15 @@ class Effect(eqx.Module):
         return ""
 
     @classmethod
+    @abc.abstractmethod
     def suggest(cls, scales: Scales) -> Sequence["Effect"]:
-        """Variants to be tried on an experiment, with priors scaled to its structure; here none.
+        """Variants to be tried on an experiment, with priors scaled to its structure.
 
         Parameters
         ----------
         scales
             Sizes of the structure and its instruments.
         """
-        return []
 
     def __check_init__(self) -> None:
         for field in dataclasses.fields(self):

@@ -8,7 +8,7 @@ from ..modes.ports import MOTIONS, cut
 from ..modes.underlying import required_line
 from .effect import AtPlace, Omega, OnPorts, Place, Stiffness, placed
 from .one_of import check_one_of
-from .prelude import Law, Modes, Parameter, PortLaw, coordinates, unit
+from .prelude import Law, Modes, Parameter, PortLaw, Scales, coordinates, unit
 
 
 class Inserted(AtPlace, OnPorts):
@@ -70,3 +70,8 @@ class Inserted(AtPlace, OnPorts):
         numerator, denominator = self.law.fraction(omega)
         compliance = -self.strength * denominator * modulus**2
         return [PortLaw(cut(coordinates(self.at), self.motion, modes), compliance, numerator)]
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> list["Inserted"]:
+        """Return none: the law is yours."""
+        return []

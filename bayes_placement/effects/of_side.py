@@ -4,8 +4,10 @@ from typing import TypeVar
 
 import equinox as eqx
 
+from ..modes.modes import Modes
+from .effect import Location
 from .instrument_effect import InstrumentEffect
-from .prelude import Instruments, Location, Modes, Number
+from .instruments import Instruments, Number
 
 Self = TypeVar("Self", bound="OfSide")
 

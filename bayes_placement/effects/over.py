@@ -2,7 +2,8 @@
 
 import equinox as eqx
 
-from .prelude import NOT_NEGATIVE, Direction, Extent, Law, OverExtent, Parameter, Place, unit
+from .over_extent import Extent, OverExtent
+from .prelude import NOT_NEGATIVE, Direction, Law, Parameter, Place, Scales, unit
 
 
 class Over(OverExtent):
@@ -45,3 +46,8 @@ class Over(OverExtent):
     def network(self) -> Law:
         """Return the law, scaled."""
         return self.strength * self.law
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> list["Over"]:
+        """Return none: the law is yours."""
+        return []

@@ -5,26 +5,28 @@
 from .._ranges import (
     ANGLE,
     DELAY,
+    LOSS_FACTOR,
     NOT_NEGATIVE,
     ORDER,
     POSITIVE,
     RATE,
     RELATIVE,
     SHARE_LOST,
+    SHARE_OF_CRITICAL,
     SIGNED_LOSS_FACTOR,
     SIZE,
-    Range,
-    ends,
 )
 from .._sites import is_unknown, unit
-from .._types import InputError, Parameter
-from ..laws import Dashpot, Law, Mass, Spring, Springpot
+from .._types import InputError, Parameter, Receptance
+from ..laws import Dashpot, Law, LossySpring, Mass, Spring, Springpot
 from ..modes.modes import Modes
 from ..modes.points import Points
 from ..positions.places import coordinates
 from .amplitude_attachment import AmplitudeAttachment
 from .effect import (
     OF_CHANNELS,
+    AtPlace,
+    Attachment,
     Direction,
     GlobalChange,
     Hinged,
@@ -32,16 +34,18 @@ from .effect import (
     Modulus,
     NetworkAttachment,
     Omega,
+    OnPorts,
     Place,
     Stiffness,
     StructureEffect,
     at_each,
+    placed,
 )
 from .instrument_effect import Factor, InstrumentEffect
 from .instruments import Instruments, Number
 from .of_side import OfSide
-from .on_rotation import Footprint, check_rotation
-from .on_transducer import OnTransducer, channels
+from .on_rotation import Footprint, OnRotation, bending_scale, check_rotation
+from .on_transducer import OnTransducer, channels, sides_that_differ
 from .over_extent import Extent, OverExtent
 from .port_law import PortLaw
 from .scales import Scales

@@ -32,7 +32,16 @@ HOOKS = ("moved", "load", "laplace", "evaluated", "added", "channel_factor", "re
 """Methods by which an effect acts on the instruments."""
 
 
-class AppliedLaw(OnPorts):
+class Applied(Effect):
+    """What effects are at the lines of an experiment; no candidate."""
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["Applied"]:
+        """Return none."""
+        return []
+
+
+class AppliedLaw(Applied, OnPorts):
     """A law of which the ports and the dynamic stiffness at each line are known.
 
     Parameters
@@ -54,7 +63,7 @@ class AppliedLaw(OnPorts):
         return [PortLaw(self.points, self.numerator, self.denominator)]
 
 
-class AppliedModulus(Modulus):
+class AppliedModulus(Applied, Modulus):
     """A modulus that is known at each line.
 
     Parameters
@@ -79,7 +88,7 @@ class AppliedModulus(Modulus):
         return self.kept
 
 
-class AppliedFactor(InstrumentEffect):
+class AppliedFactor(Applied, InstrumentEffect):
     """A factor on each FRF that is known at each line.
 
     Parameters
