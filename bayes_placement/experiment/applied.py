@@ -24,6 +24,7 @@ from ..effects.effect import (
 from ..effects.instrument_effect import InstrumentEffect
 from ..effects.instruments import Instruments
 from ..effects.port_law import PortLaw
+from ..effects.scales import Scales
 from ..modes.modes import Modes
 from ..modes.points import Points
 from .experiment import Experiment
