@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from .._types import InputError, shown
-from ..modes.points import Points
+from ..modes.points import Points, joined
 from ..positions.channel import Channel
 from ..positions.vectors import Recorded
 
@@ -40,7 +40,11 @@ class TransducerProtocol(Protocol):
     def channels(self) -> tuple[Channel, ...]:
         """Its channels, in order."""
 
-    def points(self, axes: tuple[int, ...]) -> Points:
+    @property
+    def arm(self) -> Any:
+        """Distance from its place to the line of its force [m]; None without an arm."""
+
+    def points(self, axes: tuple[int, ...], *, with_slopes: bool = False) -> Points:
         """Where and along what its channels act on a structure that moves along axes."""
 
 
@@ -69,6 +73,12 @@ class Instruments(NamedTuple):
         """Channels of one side, in order."""
         transducers = self.side(side).values()
         return [channel for transducer in transducers for channel in transducer.channels]
+
+    def points(self, side: str, axes: tuple[int, ...]) -> Points:
+        """Where and along what the channels of a side act, alike where one of them has an arm."""
+        transducers = self.side(side).values()
+        on_arms = any(transducer.arm is not None for transducer in transducers)
+        return joined([item.points(axes, with_slopes=on_arms) for item in transducers])
 
     def side_of(self, transducer: Number) -> str:
         """Side of a transducer of this name, sensors first; of a number, `sensor`.

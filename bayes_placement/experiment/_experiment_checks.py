@@ -1,7 +1,8 @@
 """Checks of the arguments of an experiment: lines, force levels, mounting of the sensors."""
 
+from collections import OrderedDict
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 import jax
 import numpy as np
@@ -19,6 +20,8 @@ from .transducers import Actuator, Sensor, Transducer
 
 if TYPE_CHECKING:  # the class imports this module
     from .experiment import Experiment
+
+Kind = TypeVar("Kind", bound=Transducer)
 
 SHOWN = 5
 """Names that a message lists."""
@@ -292,3 +295,28 @@ def no_frfs(what: str) -> NoReturn:
         "and actuators, since it is computed line by line. Declare an experiment of FRFs: "
         "Experiment(..., actuators=[...], frequency=..., observe=observe.Complex('acceleration'))."
     )
+
+
+def by_name(transducers: Sequence[Kind], modes: Modes, least: int = 1) -> OrderedDict[str, Kind]:
+    """Transducers by name, placed on a structure, at least so many.
+
+    Raises
+    ------
+    InputError
+        If there is none, two have one name, or a position lies outside the structure.
+    """
+    # An ordered dictionary keeps its order through JAX; a plain one would be sorted by name.
+    placed = OrderedDict((transducer.name, transducer.on(modes)) for transducer in transducers)
+    names = [transducer.name for transducer in transducers]
+    repeated = sorted({name for name in names if names.count(name) > 1})
+    if repeated:
+        raise InputError(
+            f'Two transducers are called "{repeated[0]}". Each needs a name of its own, since '
+            "unknowns are named by it. A sensor used in several runs is given once."
+        )
+    if len(placed) < least:
+        raise InputError(
+            "An experiment needs at least one sensor and one actuator, since an FRF is measured "
+            'between the two: sensors=[bp.Sensor("s1", at=0.25)].'
+        )
+    return placed

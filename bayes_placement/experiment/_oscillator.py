@@ -1,5 +1,6 @@
 """Poles of a structure with all its linear effects, and what its sensors read of each."""
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -159,10 +160,9 @@ class Oscillator(NamedTuple):
         return self.structure.relative_modulus(line)
 
     def _points(self) -> Points:
-        transducers = self.instruments.sensors.values()
-        points = joined([sensor.points(self.modes.axes) for sensor in transducers])
+        points = self.instruments.points("sensor", self.modes.axes)
         error = None if self.errors is None else self.errors.shape_error(self.instruments, "sensor")
-        return Points(points.position, points.direction, error)
+        return dataclasses.replace(points, shape_error=error)
 
     def _ports(self, line: Float[Array, "1"]) -> "_Ports | None":
         """Ports of all attachments and of instruments that load the structure; None without any."""

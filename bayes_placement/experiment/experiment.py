@@ -34,7 +34,7 @@ from .noise import Data, Noise
 from .observation import Observation
 from .recording import Drive, recorded, recorded_frequency
 from .structure import Structure, added, check_free, is_dict
-from .transducers import Actuator, Sensor, Transducer, by_name
+from .transducers import Actuator, Sensor, Transducer
 
 MEASURED = "measured"
 """Name of the observed site."""
@@ -121,8 +121,8 @@ class Experiment(eqx.Module):
         _experiment_checks.kinds(structure, sensors, actuators, observe, noise)
         self.structure = structure
         least = _experiment_checks.least_transducers(observe, actuators, noise, force_levels)
-        self.sensor = by_name(sensors, structure.modes, least)
-        self.actuator = by_name(actuators, structure.modes, least)
+        self.sensor = _experiment_checks.by_name(sensors, structure.modes, least)
+        self.actuator = _experiment_checks.by_name(actuators, structure.modes, least)
         self.frequency = _experiment_checks.lines(observe.lines(frequency))
         _experiment_checks.lines_of_structure(structure, self.frequency, observe)
         self.observe = observe.on(self.sensor_channels)

@@ -1,5 +1,6 @@
 """The receptance of a structure as its instruments recorded it."""
 
+import dataclasses
 from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import Any, NamedTuple, TypeAlias
@@ -13,7 +14,8 @@ from ..effects.effect import Omega
 from ..effects.instrument_effect import InstrumentEffect
 from ..effects.instruments import Instruments
 from ..effects.port_law import PortLaw
-from ..modes.points import Points, along_axes, joined
+from ..modes.points import Points, along_axes
+from ..modes.ports import singly
 from ..positions.places import coordinates
 from .frf import receptance
 from .model_error import SIDES, ModalErrors
@@ -128,7 +130,7 @@ class _Loaded(NamedTuple):
             return self._replace(run_factor=factor)._driven(actuator, single_load)
 
         axes = 0, None if loads is None else 0, 0
-        runs = jax.vmap(run, in_axes=axes, out_axes=1)(_singly(driven), loads, factors)
+        runs = jax.vmap(run, in_axes=axes, out_axes=1)(singly(driven), loads, factors)
         return runs[:, :, 0]
 
     def _driven(
@@ -142,7 +144,7 @@ class _Loaded(NamedTuple):
             port = self._port(actuator.position[0], stiffness)
             return self._with_sensors(actuator, [port]) - self._with_sensors(actuator, [])
 
-        changes = jax.vmap(change, out_axes=1)(_singly(driven), loads)
+        changes = jax.vmap(change, out_axes=1)(singly(driven), loads)
         return self._with_sensors(driven, []) + changes[:, :, 0]
 
     def _with_sensors(self, driven: Points, ports: Sequence[PortLaw]) -> Receptance:
@@ -160,7 +162,7 @@ class _Loaded(NamedTuple):
 
         # Channels of one sensor have the same load. Only the change by the load is added, so that
         # without it the receptance stays the same, bit for bit.
-        changes = jax.vmap(change)(_singly(read), self._stiffness("sensor"))
+        changes = jax.vmap(change)(singly(read), self._stiffness("sensor"))
         return self._between(read, driven, ports) + changes[:, 0]
 
     def _between(self, read: Points, driven: Points, ports: Sequence[PortLaw]) -> Receptance:
@@ -174,12 +176,11 @@ class _Loaded(NamedTuple):
 
     def _points(self, side: str) -> Points:
         axes = self.structure.modes.axes
-        transducers = self.instruments.side(side).values()
-        points = joined([transducer.points(axes) for transducer in transducers])
+        points = self.instruments.points(side, axes)
         if self.model_error is None:
             return points
         error = self.model_error.shape_error(self.instruments, side)
-        return Points(points.position, points.direction, error)
+        return dataclasses.replace(points, shape_error=error)
 
     def _loading(self, side: str) -> list[InstrumentEffect]:
         """Effects that load the structure at the positions of the transducers of a side."""
@@ -210,8 +211,3 @@ class _Loaded(NamedTuple):
             for _ in transducer.channels
         ]
         return jnp.stack(loads)
-
-
-def _singly(points: Points) -> Points:
-    """Points as a batch of single ones."""
-    return jax.tree.map(lambda leaf: jnp.asarray(leaf)[:, None], points)

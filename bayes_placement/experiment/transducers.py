@@ -1,8 +1,6 @@
 """Sensors and actuators: positions, directions and orientations, and their tolerances."""
 
 import math
-from collections import OrderedDict
-from collections.abc import Sequence
 from typing import Any, ClassVar, TypeVar
 
 import equinox as eqx
@@ -17,6 +15,7 @@ from .._sites import Role, is_unknown, unit, unknowns
 from .._types import InputError, Parameter, Shapes, check_annotated, check_kind
 from ..modes.modes import Modes
 from ..modes.points import Points
+from ..modes.ports import is_beam, on_arms
 from ..modes.scalars import check_scalar
 from ..positions.at import At, RecordedPosition, as_place, position_on
 from ..positions.bounds import in_space, position_text
@@ -28,7 +27,6 @@ from ..positions.vectors import Recorded, Vector, rotation, triple, unit_vector
 from .measurement import Channel
 
 Self = TypeVar("Self", bound="Transducer")
-Kind = TypeVar("Kind", bound="Transducer")
 
 
 class Transducer(eqx.Module):
@@ -60,6 +58,10 @@ class Transducer(eqx.Module):
     delay
         Time [s] by which every recorded FRF of its channels is delayed, a factor
         exp(-i omega delay); a number or a distribution. Exactly 0, it is kept as None.
+    arm
+        Distance along a beam [m] from its place to the line of its force, on a rigid arm, a number
+        or a distribution: a force F brings the moment F arm with it, and a sensor reads the
+        displacement beside its foot, w + arm w'. Exactly 0, it is kept as None.
 
     Raises
     ------
@@ -82,6 +84,7 @@ class Transducer(eqx.Module):
     tolerance: Tolerance | None
     gain: Parameter | None = eqx.field(metadata=unit("1", Role.RECORDING))
     delay: Parameter | None = eqx.field(metadata=unit("s", Role.RECORDING, within=DELAY))
+    arm: Parameter | None = eqx.field(metadata=unit("m"))
 
     def __init__(
         self,
@@ -94,6 +97,7 @@ class Transducer(eqx.Module):
         tolerance: Tolerance | None = None,
         gain: Parameter | None = 1.0,
         delay: Parameter | None = 0.0,
+        arm: Parameter | None = 0.0,
     ):
         check_kind(
             f"directions of the {self.kind}",
@@ -119,9 +123,9 @@ class Transducer(eqx.Module):
         self.angles = None if angles is None else tuple(angles)
         self.directions = tuple(directions)
         self.recorded = _middle(self.position) if recorded is None else _recorded(recorded)
-        check_scalar("gain", gain)
-        check_scalar("delay", delay)
-        self.gain, self.delay = _unless(1.0, gain), _unless(0.0, delay)
+        for word, value in (("gain", gain), ("delay", delay), ("arm", arm)):
+            check_scalar(word, value)
+        self.gain, self.delay, self.arm = _unless(1.0, gain), _unless(0.0, delay), _unless(0.0, arm)
         self._check_directions()
         self._check_recording()
 
@@ -180,18 +184,17 @@ class Transducer(eqx.Module):
             If it lies outside the structure, or on a line where the structure is in space.
         """
         self._check_axes(modes.axes)
+        self._check_arm(modes)
         position = self._position_on(self.position, modes)
         self._check_recorded(modes)
-        return type(self)(
-            self.name,
-            position,
-            directions=self.directions or modes.axes,
-            angles=self.angles,
-            recorded=self.recorded,
-            tolerance=self.tolerance,
-            gain=self.gain,
-            delay=self.delay,
-        )
+        settings = self._settings() | {"directions": self.directions or modes.axes}
+        of_place: Any = {"recorded": self.recorded, "tolerance": self.tolerance}
+        return type(self)(self.name, position, **settings, **of_place)
+
+    def _settings(self) -> dict[str, Any]:
+        """What it is, wherever it sits."""
+        words = ("directions", "angles", "gain", "delay", "arm")
+        return {word: getattr(self, word) for word in words}
 
     def _position_on(self, at: At, modes: Modes) -> Position:
         return position_on(at, modes.bounds(), f'{self.kind} "{self.name}"')
@@ -204,6 +207,16 @@ class Transducer(eqx.Module):
                 f'{self.kind} "{self.name}": directions={self.directions} was given, but the '
                 f"structure moves along {', '.join(map(str, axes))} only; a direction in which it "
                 f"moves is needed, since the others read nothing: directions=({axes[0]},)."
+            )
+
+    def _check_arm(self, modes: Modes) -> None:
+        """Refuse an arm on what has no slope that is known at a place."""
+        if self.arm is not None and not is_beam(modes):
+            raise InputError(
+                f'{self.kind} "{self.name}": an arm was given on {type(modes).__name__}; a uniform '
+                "beam is needed, since a force beside a place brings a moment, which acts on the "
+                "slope there, and under a moment at a point a plate or solid rotates without "
+                "bounds. Use beams.beam, or give the place where the force acts, without arm."
             )
 
     def _check_recorded(self, modes: Modes) -> None:
@@ -272,15 +285,7 @@ class Transducer(eqx.Module):
         recorded
             Recorded position [m]; by default the middle of `at`.
         """
-        return type(self)(
-            name,
-            at,
-            directions=self.directions,
-            angles=self.angles,
-            recorded=recorded,
-            gain=self.gain,
-            delay=self.delay,
-        )
+        return type(self)(name, at, **self._settings(), recorded=recorded)
 
     def _is_uncertain(self) -> bool:
         return bool(unknowns(self.position))
@@ -289,11 +294,22 @@ class Transducer(eqx.Module):
         """Value of an unknown component of its position where it was recorded."""
         return RecordedPosition(self.position, self.recorded).at_record(component)
 
-    def points(self, axes: tuple[int, ...]) -> Points:
-        """Where and along what its channels read or drive a structure that moves along axes."""
+    def points(self, axes: tuple[int, ...], *, with_slopes: bool = False) -> Points:
+        """Where and along what its channels read or drive a structure that moves along axes.
+
+        Parameters
+        ----------
+        axes
+            Axes along which the structure moves, 1 to 3 for x to z.
+        with_slopes
+            Whether to read slopes too where it has no arm, as another transducer has one.
+        """
         vectors = self._directions(axes)
         position = coordinates(self.position)
-        return Points(jnp.broadcast_to(position, (len(vectors), *position.shape)), vectors)
+        at = jnp.broadcast_to(position, (len(vectors), *position.shape))
+        if self.arm is None and not with_slopes:
+            return Points(at, vectors)
+        return on_arms(at, vectors, jnp.asarray(0.0 if self.arm is None else self.arm, float))
 
     def shapes(self, modes: Modes) -> Shapes:
         """Mode shapes read by its channels, the rows of [O][Phi] of Eq. (14)."""
@@ -368,28 +384,3 @@ class Actuator(Transducer):
     """
 
     kind: ClassVar[str] = "Actuator"
-
-
-def by_name(transducers: Sequence[Kind], modes: Modes, least: int = 1) -> OrderedDict[str, Kind]:
-    """Transducers by name, placed on a structure, at least so many.
-
-    Raises
-    ------
-    InputError
-        If there is none, two have one name, or a position lies outside the structure.
-    """
-    # An ordered dictionary keeps its order through JAX; a plain one would be sorted by name.
-    placed = OrderedDict((transducer.name, transducer.on(modes)) for transducer in transducers)
-    names = [transducer.name for transducer in transducers]
-    repeated = sorted({name for name in names if names.count(name) > 1})
-    if repeated:
-        raise InputError(
-            f'Two transducers are called "{repeated[0]}". Each needs a name of its own, since '
-            "unknowns are named by it. A sensor used in several runs is given once."
-        )
-    if len(placed) < least:
-        raise InputError(
-            "An experiment needs at least one sensor and one actuator, since an FRF is measured "
-            'between the two: sensors=[bp.Sensor("s1", at=0.25)].'
-        )
-    return placed

@@ -2,6 +2,7 @@
 
 from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -115,12 +116,42 @@ def difference(place: Coordinates, other: Coordinates, direction: Any, modes: Mo
 def beside(place: Coordinates, offset: Any, modes: Modes) -> Points:
     """Return the displacement [m] at the end of a rigid arm along a beam, w + offset w'."""
     slope = rotation(place, None, None, modes)
+    return on_arms(slope.position, slope.direction, jnp.asarray(offset, float))
+
+
+def on_arms(
+    position: Float[Array, "port"],
+    direction: Float[Array | np.ndarray, "port axis"],
+    arm: Float[Array, ""],
+) -> Points:
+    """Return the displacement at the end of a rigid arm [m] along a beam from each place.
+
+    Of each port its displacement comes first, then its slope.
+    """
+    count = len(position)
     return Points(
-        jnp.concatenate([place[None], slope.position]),
-        np.ones((2, 1)),
-        orders=(0, 1),
-        combination=jnp.stack([jnp.ones(()), jnp.asarray(offset, float)])[None],
+        jnp.repeat(position, 2),
+        np.repeat(direction, 2, axis=0)
+        if isinstance(direction, np.ndarray)
+        else jnp.repeat(direction, 2, axis=0),
+        orders=(0, 1) * count,
+        combination=jnp.kron(jnp.eye(count), jnp.stack([jnp.ones(()), arm])),
     )
+
+
+def singly(points: Points) -> Points:
+    """Points as a batch of single ones; on arms each with its slope."""
+    if points.combination is None:
+        return jax.tree.map(lambda leaf: jnp.asarray(leaf)[:, None], points)
+    count = points.count
+    own = jnp.diagonal(points.combination.reshape(count, count, 2)).T
+    places = points.position.reshape(count, 2), jnp.asarray(points.direction).reshape(count, 2, -1)
+    errors = None if points.shape_error is None else points.shape_error[:, None]
+    return jax.vmap(_on_arm)(*places, errors, own[:, None])
+
+
+def _on_arm(position: Any, direction: Any, error: Any, combination: Any) -> Points:
+    return Points(position, direction, error, (0, 1), combination)
 
 
 def cut(place: Coordinates, motion: str, modes: Modes) -> Points:
@@ -213,6 +244,11 @@ def _means(polynomials: int, nodes: int) -> tuple[Float[np.ndarray, "node"], Mea
     norm = np.sqrt(2 * np.arange(polynomials) + 1)
     values = np.polynomial.legendre.legvander(node, polynomials - 1)
     return node, (norm * values).T * (weight / 2)
+
+
+def is_beam(modes: Modes) -> bool:
+    """Tell whether a structure is a uniform beam, which alone has slopes."""
+    return isinstance(modes, UniformLine) and modes.half_order == 2
 
 
 def is_line(modes: Modes) -> bool:

@@ -38,6 +38,11 @@ def row(place, slope=False):
     return np.eye(1, ROWS, 2 * node(place) + slope)[0]
 
 
+def beside(place, arm=0.0):
+    """Weights of the freedoms in the deflection at the end of a rigid arm."""
+    return row(place) + arm * row(place, slope=True)
+
+
 def spread(element, start, end):
     """A matrix of each element, summed over those of a segment."""
     total = np.zeros((ROWS, ROWS), dtype=np.asarray(element).dtype)
@@ -53,7 +58,7 @@ def matrices():
 
 
 def receptance(places, omega, added, ends="fixed-free"):
-    """Receptance between places with a matrix added that is a function of omega."""
+    """Receptance between places, or ends of arms, with a matrix added, a function of omega."""
     stiffness, mass = matrices()
     return _between(places, omega, lambda w: stiffness - w**2 * mass + added(w), ends)
 
@@ -78,7 +83,7 @@ def _between(places, omega, dynamic_stiffness, ends):
     held = [*FIXED[left], *(ROWS - 2 + freedom for freedom in FIXED[right])]
     free = np.setdiff1d(np.arange(size), held)
     read = np.zeros((size, len(places)))
-    read[:ROWS] = np.array([row(place) for place in places]).T
+    read[:ROWS] = np.array([beside(*np.atleast_1d(place)) for place in places]).T
     solutions = [
         np.linalg.solve(dynamic_stiffness(w)[np.ix_(free, free)], read[free]) for w in omega
     ]
