@@ -1,16 +1,19 @@
 """A bar or beam of another dimension, against closed forms and against one that is made so."""
 
+import functools
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from bayes_placement import Structure, beams, damping, effects
+from bayes_placement import Structure, beams, damping, effects, finite_elements
 from bayes_placement._types import InputError
 from bayes_placement.experiment.frf import receptance
 from bayes_placement.modes.points import Points
 from tests.effects.models_in_space import plate
+from tests.simulator import space_frames
 
 BAR = {"length": 0.8, "area": 2e-4, "youngs_modulus": 7e10, "density": 2700.0}
 MOMENT = {"second_moment": 6e-10}
@@ -113,9 +116,49 @@ def test_structures_without_the_dimension_are_refused():
         structure("bar", wrong("thickness"))
     with pytest.raises(InputError, match=r"dimension='width' was given; one of length, section, t"):
         structure("beam", wrong("width"))
-    model = Structure(plate().modes, damping=damping.Modal(0.02))
-    with pytest.raises(InputError, match=r"a uniform bar or beam is.*density or youngs_modulus"):
-        model + wrong("length")
+    model = Structure(plate().modes, damping=damping.Modal(0.02))  # its edges may become soft
+    with pytest.raises(
+        InputError, match=r"without soft supports and members, is needed.*density or youngs_modulus"
+    ):
+        model + wrong("scale")
+    with pytest.raises(InputError, match=r"one of scale is needed, since NodalModes has no other"):
+        scaled_frame(1.0)[0] + wrong("length")
+
+
+@functools.cache
+def scaled_frame(scale):
+    """A bent frame, `scale` times as large, clamped at one foot, and points at its nodes."""
+    bar = space_frames.RoundBar(0.008 * scale)
+    position, elements = space_frames.line(np.zeros(3), (0.0, 0.2, 0.5), 6)
+    position[4:] += (0.1, 0.0, 0.0) * np.arange(1, 4)[:, None]
+    model = space_frames.matrices(scale * position, elements, bar)
+    matrices = finite_elements.Matrices(**model, fixed=np.arange(6))
+    reading = finite_elements.interpolation.frame(matrices, elements)
+    modes = finite_elements.modes(matrices, reading, up_to=3000.0 / scale)
+    at = jnp.asarray(scale * position[[2, 4, 6]])
+    directions = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    return Structure(modes, damping=damping.Modal(0.02)), Points(at, directions)
+
+
+@pytest.mark.parametrize("error", [ERROR, -0.11])
+def test_a_scaled_model_is_that_of_scaled_coordinates(error):
+    (drawn, places), (larger, moved) = scaled_frame(1.0), scaled_frame(1 + error)
+    ours, expected = (
+        np.asarray(jax.jit(lambda base=base, at=at: receptance(base, at, at, OMEGA))())
+        for base, at in ((drawn + wrong("scale", error), places), (larger, moved))
+    )
+    np.testing.assert_allclose(ours, expected, rtol=1e-6, atol=1e-9 * np.abs(expected).max())
+
+
+def test_attachments_act_on_the_scaled_model():
+    (drawn, places), (larger, moved) = scaled_frame(1.0), scaled_frame(1 + ERROR)
+    ours = drawn + wrong("scale") + effects.point_mass(tuple(places.position[2].tolist()), 0.1)
+    made = larger + effects.point_mass(tuple(moved.position[2].tolist()), 0.1)
+    both = [
+        np.asarray(jax.jit(lambda base=base, at=at: receptance(base, at, at, OMEGA))())
+        for base, at in ((ours, places), (made, moved))
+    ]
+    np.testing.assert_allclose(*both, rtol=1e-6, atol=1e-9 * np.abs(both[1]).max())
 
 
 def sized(base, sizes):
