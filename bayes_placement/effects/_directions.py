@@ -25,11 +25,6 @@ def check_direction(effect: str, direction: Sequence[Any] | None, axes: Sequence
         Its direction; None for every one in which the structure moves.
     axes
         Axes along which the structure moves, 1 to 3 for x to z.
-
-    Raises
-    ------
-    InputError
-        If it is none along which the structure moves.
     """
     if direction is None:
         return

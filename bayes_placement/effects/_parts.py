@@ -10,13 +10,7 @@ from ..positions.vectors import CartesianComponents
 
 
 def check_number(part: Any, names: Sequence[str]) -> None:
-    """Refuse a number that no part has; arrays come from parts that were found by name.
-
-    Raises
-    ------
-    InputError
-        If there is no such part.
-    """
+    """Refuse a number that no part has; arrays come from parts that were found by name."""
     if isinstance(part, int) and not 0 <= part < len(names):
         raise InputError(
             f"The part {part} was given, counted from 0, but the model has {len(names)}: "

@@ -39,13 +39,7 @@ class AxialPreload(GlobalChange):
     name: str = eqx.field(static=True, default="axial_preload", kw_only=True)
 
     def on(self, modes: Modes) -> "AxialPreload":
-        """Return the effect as it is, on a uniform beam.
-
-        Raises
-        ------
-        InputError
-            If the structure is none.
-        """
+        """Return the effect as it is, on a uniform beam."""
         _beam(modes)
         return self
 

@@ -45,13 +45,7 @@ class CompliantSupport(Hinged):
     name: str = eqx.field(static=True, default="compliant_support", kw_only=True)
 
     def on(self, modes: Modes) -> "CompliantSupport":
-        """Return the effect as it is, on a bar or beam with this support.
-
-        Raises
-        ------
-        InputError
-            If the structure is no uniform bar or beam, or has no such support.
-        """
+        """Return the effect as it is, on a bar or beam with this support."""
         instead = 'Name a support of the model: effects.soft_support("left foot", ...).'
         possible = supports(required_line(modes, "compliant_support", instead))
         if (self.end, self.motion) not in possible:

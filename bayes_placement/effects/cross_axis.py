@@ -36,13 +36,7 @@ class CrossAxis(OfSide):
     name: str = eqx.field(static=True, default="cross_axis", kw_only=True)
 
     def numbered(self, instruments: Instruments) -> "CrossAxis":
-        """Return the effect with its sensor by number.
-
-        Raises
-        ------
-        InputError
-            If the experiment has no such sensor, or this only one channel.
-        """
+        """Return the effect with its sensor by number."""
         number = instruments.number(self.sensor)
         if len(instruments.rows(number)) < 2:
             raise InputError(

@@ -44,13 +44,7 @@ class DampingLayer(AtPlace, OnPorts):
     name: str = eqx.field(static=True, default="damping_layer", kw_only=True)
 
     def on(self, modes: Modes) -> "DampingLayer":
-        """Return the effect placed on a uniform bar or beam.
-
-        Raises
-        ------
-        InputError
-            If the structure is none.
-        """
+        """Return the effect placed on a uniform bar or beam."""
         required_line(modes, "damping_layer", "Name damping of your own by effects.over.")
         return placed(self, modes)
 

@@ -65,13 +65,7 @@ class DimensionError(GlobalChange):
     name: str = eqx.field(static=True, default="dimension_error", kw_only=True)
 
     def on(self, modes: Modes) -> "DimensionError":
-        """Return the effect as it is, on a structure that has this dimension.
-
-        Raises
-        ------
-        InputError
-            If it has no such dimension, or it is not known how it changes with it.
-        """
+        """Return the effect as it is, on a structure that has this dimension."""
         possible = powers(modes)
         if not possible:
             raise InputError(

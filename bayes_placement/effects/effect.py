@@ -136,7 +136,13 @@ class Effect(eqx.Module):
                     check_scalar(field.name, value)
 
     def on(self: Self, modes: Modes) -> Self:
-        """Return the effect placed on a structure; without a place it stays as it is."""
+        """Return the effect placed on a structure; without a place it stays as it is.
+
+        Raises
+        ------
+        InputError
+            If it does not fit the structure, which is of another kind or lacks the part or place.
+        """
         return self
 
     def location(self, modes: Modes, instruments: Instruments) -> Location | None:

@@ -53,13 +53,7 @@ class Inserted(AtPlace, OnPorts):
         return f"inserted: {self.law.in_words()}"
 
     def on(self, modes: Modes) -> "Inserted":
-        """Return the effect placed on a uniform bar or beam, cut or not.
-
-        Raises
-        ------
-        InputError
-            If the structure is none, or has no such motion.
-        """
+        """Return the effect placed on a uniform bar or beam, cut or not."""
         check_one_of(self, "motion", MOTIONS)
         line = required_line(modes, "inserted", "Use soft_support or region_stiffness_loss.")
         check_one_of(self, "motion", MOTIONS[:1] if line.half_order == 1 else MOTIONS)

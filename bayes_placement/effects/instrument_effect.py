@@ -54,7 +54,7 @@ class InstrumentEffect(Effect):
         Raises
         ------
         InputError
-            If the experiment does not have them.
+            If the experiment does not have them, or they do not fit the effect.
         """
         return self
 

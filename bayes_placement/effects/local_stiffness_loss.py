@@ -49,14 +49,7 @@ class LocalStiffnessLoss(AtPlace, Hinged):
     name: str = eqx.field(static=True, default="local_stiffness_loss", kw_only=True)
 
     def on(self, modes: Modes) -> "LocalStiffnessLoss":
-        """Return the effect placed on a bar or beam, a segment as the uniform prior over it.
-
-        Raises
-        ------
-        InputError
-            If the structure is no uniform bar or beam, the place lies outside, or the stretch is
-            longer than the structure.
-        """
+        """Return the effect placed on a bar or beam, a segment as the uniform prior over it."""
         instead = "Name a region of the model: effects.region_stiffness_loss(region, loss)."
         line = required_line(modes, "local_stiffness_loss", instead)
         self._check_extent(line.length)

@@ -40,13 +40,7 @@ class MemberPreload(Hinged):
     name: str = eqx.field(static=True, default="axial_preload", kw_only=True)
 
     def on(self, modes: Modes) -> "MemberPreload":
-        """Return the effect with its member by number.
-
-        Raises
-        ------
-        InputError
-            If the structure has no such member.
-        """
+        """Return the effect with its member by number."""
         if not isinstance(self.member, str):
             check_number(self.member, underlying_nodal_modes(modes).members.names)
             return self

@@ -43,14 +43,7 @@ class Misplaced(OfSide):
     bearing: eqx.AbstractVar[Parameter]
 
     def on(self: Self, modes: Modes) -> Self:
-        """Return the effect as it is.
-
-        Raises
-        ------
-        InputError
-            If the structure is in space and no direction of the shift is given, or the shift is
-            longer than the structure.
-        """
+        """Return the effect as it is."""
         if in_space(modes.bounds()) and not self.towards:
             raise InputError(
                 f'Effect "{self.name}": a shift without a direction was given; one is needed in '

@@ -30,13 +30,7 @@ class OfSide(InstrumentEffect):
         return number
 
     def numbered(self: Self, instruments: Instruments) -> Self:
-        """Return the effect with its transducer by number.
-
-        Raises
-        ------
-        InputError
-            If the experiment has no such transducer.
-        """
+        """Return the effect with its transducer by number."""
         number = instruments.number(self.transducer, self.side)
         return eqx.tree_at(lambda tree: getattr(tree, self.side), self, number)
 

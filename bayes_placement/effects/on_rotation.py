@@ -31,13 +31,7 @@ class OnRotation(NetworkAttachment):
     acts_on = "rotation"
 
     def on(self, modes: Modes) -> "OnRotation":
-        """Return the effect placed on a structure that rotates.
-
-        Raises
-        ------
-        InputError
-            If it does not rotate, or there is no footprint in space.
-        """
+        """Return the effect placed on a structure that rotates."""
         check_rotation(self.footprint, self.direction, modes)
         return NetworkAttachment.on(self, modes)
 
@@ -47,13 +41,7 @@ class OnRotation(NetworkAttachment):
 
 
 def check_rotation(footprint: Footprint, direction: Direction, modes: Modes) -> None:
-    """Refuse a rotation that the structure does not have, or without a footprint in space.
-
-    Raises
-    ------
-    InputError
-        If it is so.
-    """
+    """Refuse a rotation that the structure does not have, or without a footprint in space."""
     rotation(jnp.asarray(modes.bounds()[0], float), footprint, direction, modes)
 
 

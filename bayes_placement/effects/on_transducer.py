@@ -49,13 +49,7 @@ class OnTransducer(InstrumentEffect):
         return "all_channels" if self.transducer is None else "channel"
 
     def numbered(self: Self, instruments: Instruments) -> Self:
-        """Return the effect with its transducer by number, and the direction as an array.
-
-        Raises
-        ------
-        InputError
-            If the experiment has no such transducer, or this no such channel.
-        """
+        """Return the effect with its transducer by number, and the direction as an array."""
         if self.transducer is None:
             return self._of_all(instruments)
         side = self.side or instruments.side_of(self.transducer)

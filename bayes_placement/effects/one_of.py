@@ -7,13 +7,7 @@ from .._types import InputError, shown
 
 
 def check_one_of(effect: Any, field: str, words: Sequence[str]) -> None:
-    """Refuse a word that is none of those that are possible.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """Refuse a word that is none of those that are possible."""
     given = getattr(effect, field)
     if given not in words:
         raise InputError(

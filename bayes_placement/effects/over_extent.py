@@ -30,13 +30,7 @@ class OverExtent(NetworkAttachment):
     acts_on = "region"
 
     def on(self, modes: Modes) -> "OverExtent":
-        """Return the effect with its middle placed on a structure.
-
-        Raises
-        ------
-        InputError
-            If the extent has not as many edges as the structure has coordinates.
-        """
+        """Return the effect with its middle placed on a structure."""
         check_extent(self.name, self.extent, modes)
         return NetworkAttachment.on(without_flat_edges(self), modes)
 
@@ -55,13 +49,7 @@ def without_flat_edges(effect: "OverExtent") -> "OverExtent":
 
 
 def check_extent(name: str, extent: Any, modes: Modes) -> None:
-    """Refuse an extent of another number of edges than the structure has coordinates.
-
-    Raises
-    ------
-    InputError
-        If it has.
-    """
+    """Refuse an extent of another number of edges than the structure has coordinates."""
     edges = len(extent) if isinstance(extent, tuple | list) else 1
     needed = 3 if in_space(modes.bounds()) else 1
     if edges != needed:

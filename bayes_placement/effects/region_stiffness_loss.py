@@ -45,13 +45,7 @@ class RegionStiffnessLoss(Hinged):
     name: str = eqx.field(static=True, default="local_stiffness_loss", kw_only=True)
 
     def on(self, modes: Modes) -> "RegionStiffnessLoss":
-        """Return the effect with its region by number.
-
-        Raises
-        ------
-        InputError
-            If the structure has no such region.
-        """
+        """Return the effect with its region by number."""
         if not isinstance(self.region, str):
             check_number(self.region, underlying_nodal_modes(modes).regions.names)
             return self

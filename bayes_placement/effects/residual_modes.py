@@ -36,13 +36,7 @@ class ResidualModes(InstrumentEffect):
     name: str = eqx.field(static=True, default="residual_modes", kw_only=True)
 
     def numbered(self, instruments: Instruments) -> "ResidualModes":
-        """Return the effect as it is.
-
-        Raises
-        ------
-        InputError
-            If it has not one flexibility, or one for each sensor and actuator channel.
-        """
+        """Return the effect as it is."""
         value: Any = self.flexibility
         shape = tuple(value.shape()) if is_unknown(value) else np.shape(value)
         needed = tuple(len(instruments.channels(side)) for side in ("sensor", "actuator"))

@@ -39,13 +39,7 @@ class ShearAndRotaryInertia(GlobalChange):
     name: str = eqx.field(static=True, default="shear_and_rotary_inertia", kw_only=True)
 
     def on(self, modes: Modes) -> "ShearAndRotaryInertia":
-        """Return the effect as it is, on a uniform beam.
-
-        Raises
-        ------
-        InputError
-            If the structure is none.
-        """
+        """Return the effect as it is, on a uniform beam."""
         _beam(modes)
         return self
 

@@ -55,13 +55,7 @@ class SoftSupport(Hinged):
     name: str = eqx.field(static=True, default="compliant_support", kw_only=True)
 
     def on(self, modes: Modes) -> "SoftSupport":
-        """Return the effect with its support by number and the unit of its compliance.
-
-        Raises
-        ------
-        InputError
-            If the structure has no such support.
-        """
+        """Return the effect with its support by number and the unit of its compliance."""
         shapes = underlying_nodal_modes(modes).static_shapes
         if not isinstance(self.support, str):
             check_number(self.support, shapes.supports)

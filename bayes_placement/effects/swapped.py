@@ -32,14 +32,7 @@ class Swapped(OfSide):
         return self.transducer, self.other
 
     def numbered(self: Self, instruments: Instruments) -> Self:
-        """Return the effect with its transducers by number.
-
-        Raises
-        ------
-        InputError
-            If the experiment does not have them, they are one, or one has more channels than the
-            other.
-        """
+        """Return the effect with its transducers by number."""
         side = self.side
         numbers = tuple(instruments.number(transducer, side) for transducer in self.pair)
         if self.pair[0] == self.pair[1] and isinstance(self.other, str):

@@ -26,13 +26,7 @@ _DRAWS = 16
 
 
 def check_values(tree: Any) -> None:
-    """Refuse numbers that are not finite or cannot be, and priors without a finite density.
-
-    Raises
-    ------
-    InputError
-        If there is one.
-    """
+    """Refuse numbers that are not finite or cannot be, and priors without a finite density."""
     for leaf in leaves_with_unit(tree):
         value = leaf.value
         if is_unknown(value):

@@ -185,13 +185,7 @@ def _effects(structure: Structure) -> Any:  # Equinox asks for a marker as well
 
 
 def _check_key(key: str, effect: Effect) -> None:
-    """Refuse a key that is not the name of the effect.
-
-    Raises
-    ------
-    InputError
-        If it is another one.
-    """
+    """Refuse a key that is not the name of the effect."""
     if key != effect.name:
         raise InputError(
             f"effects={{{key!r}: ...}} was given with an effect of the name {effect.name!r}; its "
@@ -214,13 +208,7 @@ def added(effects: Mapping[str, Kind], effect: Kind) -> OrderedDict[str, Kind]:
 
 
 def check_free(effect: Effect, names: Collection[str]) -> None:
-    """Refuse an effect whose name is taken.
-
-    Raises
-    ------
-    InputError
-        If it is.
-    """
+    """Refuse an effect whose name is taken."""
     if effect.name in names:
         raise InputError(
             f'An effect "{effect.name}" was added twice; each needs a name of its own, since '

@@ -11,13 +11,7 @@ from .._types import InputError, shown
 
 
 def check_scalar(name: str, value: Any) -> None:
-    """Refuse several numbers, or a distribution of several, in the place of one.
-
-    Raises
-    ------
-    InputError
-        If it is a list, a dictionary, or has a shape.
-    """
+    """Refuse several numbers, or a distribution of several, in the place of one."""
     if isinstance(value, list | tuple | dict):
         words = shown(value)
     elif isinstance(value, jax.core.Tracer) or not _shape(value):
