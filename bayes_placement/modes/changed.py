@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 from ..positions.bounds import Bounds
 from .eigenpairs import Eigenpairs, eigenpairs
 from .finite_elements.nodal_modes import UnknownModes
-from .modes import Modes
+from .modes import AxisShapes, Coordinates, Flexibility, Modes, Orders
 
 _ROUNDING = 1e-12  # of the greatest eigenvalue, below which one counts as zero
 
@@ -67,18 +67,13 @@ class ChangedModes(DerivedModes):
     axes: tuple[int, ...] = eqx.field(static=True)
     rigid_body_modes: int = eqx.field(static=True)
 
-    def shapes(
-        self, position: Float[Array, "*coordinate"], derivative: int = 0
-    ) -> Float[Array, "axis mode"]:
+    def shapes(self, position: Coordinates, derivative: int = 0) -> AxisShapes:
         """Mass-normalised mode shapes [kg^-1/2] and their derivatives."""
         return self.modes.shapes(position, derivative) @ self.of_modes
 
     def static_flexibility(
-        self,
-        position: Float[Array, "*coordinate"],
-        other: Float[Array, "*coordinate"],
-        orders: tuple[int, int] = (0, 0),
-    ) -> Float[Array, "axis axis"] | None:
+        self, position: Coordinates, other: Coordinates, orders: Orders = (0, 0)
+    ) -> Flexibility:
         """Static flexibility [m/N] of all elastic modes."""
         before = self.modes.static_flexibility(position, other, *beyond_displacement(orders))
         if before is None:
@@ -160,16 +155,14 @@ def over_changed_modes(
     return matrix
 
 
-def bending_shapes(
-    modes: Modes, position: Float[Array, "*coordinate"], derivative: int
-) -> Float[Array, "mode"]:
+def bending_shapes(modes: Modes, position: Coordinates, derivative: int) -> Float[Array, "mode"]:
     """Derivative of the part of each mode that causes internal forces: without shear."""
     if isinstance(modes, ChangedModes):
         return bending_shapes(modes.modes, position, derivative) @ modes.bending
     return modes.shapes(position, derivative)[0]
 
 
-def beyond_displacement(orders: tuple[int, int]) -> tuple[()] | tuple[tuple[int, int]]:
+def beyond_displacement(orders: Orders) -> tuple[()] | tuple[tuple[int, int]]:
     """Orders of derivatives as an argument, none for displacements: not all modes know others."""
     return () if orders == (0, 0) else (orders,)
 

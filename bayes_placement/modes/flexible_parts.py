@@ -14,7 +14,7 @@ from .finite_elements.interpolation import Interpolation
 from .finite_elements.nodal_modes import NodalModes
 from .finite_elements.static_shapes import StaticShapes
 from .interface_compliance import CompliantModes, Interface, ResidualShapes, compliant_modes
-from .modes import Modes
+from .modes import AxisShapes, Coordinates, Modes
 from .underlying import underlying_nodal_modes
 
 Number: TypeAlias = int | Int[Array | np.ndarray, ""]
@@ -147,10 +147,7 @@ class _ResidualPatterns(ResidualShapes):
     shape: Float[Array, "row pattern"]
 
     def shapes(
-        self,
-        position: Float[Array, "*coordinate"],
-        derivative: int,
-        mode_shapes: Float[Array, "axis mode"],
+        self, position: Coordinates, derivative: int, mode_shapes: AxisShapes
     ) -> Float[Array, "axis pattern"]:
         """Shapes of the patterns, less their part in the modes."""
         reading = self.interpolation.at(position)

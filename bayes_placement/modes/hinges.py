@@ -14,7 +14,7 @@ from ._cuts import Cuts
 from .beams.uniform_line import UniformLine
 from .flexible_parts import FlexiblePart, with_flexible_parts
 from .interface_compliance import CompliantModes, Interface, ResidualShapes, compliant_modes
-from .modes import Modes
+from .modes import AxisShapes, Coordinates, Modes
 from .underlying import underlying_line
 
 _ROUNDING = 1e-12  # of the mass of the structure, added where modes span a shape entirely
@@ -49,10 +49,7 @@ class _ResidualCuts(ResidualShapes):
     changed: bool = eqx.field(static=True)
 
     def shapes(
-        self,
-        position: Float[Array, "*coordinate"],
-        derivative: int,
-        mode_shapes: Float[Array, "axis mode"],
+        self, position: Coordinates, derivative: int, mode_shapes: AxisShapes
     ) -> Float[Array, "axis cut"]:
         """Shapes of the cuts, less their part in the modes of the line."""
         # Modes that a preload or shear has changed span the same shapes as those of the line.

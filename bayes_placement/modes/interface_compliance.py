@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from .changed import DerivedModes, beyond_displacement
 from .eigenpairs import eigenpairs
-from .modes import Modes
+from .modes import AxisShapes, Coordinates, Flexibility, Modes, Orders
 
 _ROUNDING = 1e-9  # of the greatest flexibility, below which a negative one counts as zero
 
@@ -23,10 +23,7 @@ class ResidualShapes(eqx.Module):
 
     @abc.abstractmethod
     def shapes(
-        self,
-        position: Float[Array, "*coordinate"],
-        derivative: int,
-        mode_shapes: Float[Array, "axis mode"],
+        self, position: Coordinates, derivative: int, mode_shapes: AxisShapes
     ) -> Float[Array, "axis static_shape"]:
         """Shapes or their derivatives at a position [m].
 
@@ -80,19 +77,14 @@ class CompliantModes(DerivedModes):
     axes: tuple[int, ...] = eqx.field(static=True)
     rigid_body_modes: int = eqx.field(static=True)
 
-    def shapes(
-        self, position: Float[Array, "*coordinate"], derivative: int = 0
-    ) -> Float[Array, "axis mode"]:
+    def shapes(self, position: Coordinates, derivative: int = 0) -> AxisShapes:
         """Mass-normalised mode shapes [kg^-1/2] and their derivatives."""
         mode_shapes, residual = self._parts(position, derivative)
         return mode_shapes @ self.of_modes + residual @ self.of_residual
 
     def static_flexibility(
-        self,
-        position: Float[Array, "*coordinate"],
-        other: Float[Array, "*coordinate"],
-        orders: tuple[int, int] = (0, 0),
-    ) -> Float[Array, "axis axis"] | None:
+        self, position: Coordinates, other: Coordinates, orders: Orders = (0, 0)
+    ) -> Flexibility:
         """Static flexibility [m/N] of all elastic modes, interfaces included."""
         before = self.modes.static_flexibility(position, other, *beyond_displacement(orders))
         if before is None:
@@ -103,12 +95,12 @@ class CompliantModes(DerivedModes):
         )
         return before + response @ self.compliance @ reference.T
 
-    def _parts(self, position: Float[Array, "*coordinate"], derivative: int) -> tuple[Array, Array]:
+    def _parts(self, position: Coordinates, derivative: int) -> tuple[Array, Array]:
         mode_shapes = self.modes.shapes(position, derivative)
         return mode_shapes, self.residual.shapes(position, derivative, mode_shapes)
 
     def _static_shapes(
-        self, position: Float[Array, "*coordinate"], order: int
+        self, position: Coordinates, order: int
     ) -> Float[Array, "axis static_shape"]:
         """Static shapes of unit relative displacements, or their derivatives."""
         mode_shapes, residual = self._parts(position, order)

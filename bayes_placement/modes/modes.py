@@ -1,7 +1,7 @@
 """Modes of an undamped structure: what every other room reads of it."""
 
 import abc
-from typing import Any
+from typing import Any, TypeAlias
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -10,6 +10,18 @@ from numpyro.distributions import Uniform
 
 from ..positions.bounds import Bounds
 from ..positions.reprs import with_short_repr
+
+Coordinates: TypeAlias = Float[Array, "*coordinate"]
+"""A position [m]: on a line, or in space."""
+
+AxisShapes: TypeAlias = Float[Array, "axis mode"]
+"""Mode shapes along the axes in which a structure moves [kg^-1/2]."""
+
+Flexibility: TypeAlias = Float[Array, "axis axis"] | None
+"""Flexibility between two positions [m/N]; None if not known."""
+
+Orders: TypeAlias = tuple[int, int]
+"""Orders of the derivatives in two positions."""
 
 
 @with_short_repr
@@ -30,9 +42,7 @@ class Modes(eqx.Module):
         """Natural angular frequencies [rad/s], rigid-body modes first with 0."""
 
     @abc.abstractmethod
-    def shapes(
-        self, position: Float[Array, "*coordinate"], derivative: int = 0
-    ) -> Float[Array, "axis mode"]:
+    def shapes(self, position: Coordinates, derivative: int = 0) -> AxisShapes:
         """Mass-normalised mode shapes [kg^-1/2] along `axes` at a position [m].
 
         Parameters
@@ -45,11 +55,8 @@ class Modes(eqx.Module):
 
     @abc.abstractmethod
     def static_flexibility(
-        self,
-        position: Float[Array, "*coordinate"],
-        other: Float[Array, "*coordinate"],
-        orders: tuple[int, int] = (0, 0),
-    ) -> Float[Array, "axis axis"] | None:
+        self, position: Coordinates, other: Coordinates, orders: Orders = (0, 0)
+    ) -> Flexibility:
         """Static flexibility [m/N] of all elastic modes, kept or not; None if not known.
 
         The sum over all of them of phi phi / omega_n^2. With it a modal sum is exact at low
@@ -65,11 +72,8 @@ class Modes(eqx.Module):
         """
 
     def second_flexibility_left_out(
-        self,
-        position: Float[Array, "*coordinate"],
-        other: Float[Array, "*coordinate"],
-        orders: tuple[int, int],
-    ) -> Float[Array, "axis axis"] | None:
+        self, position: Coordinates, other: Coordinates, orders: Orders
+    ) -> Flexibility:
         """Sum over the modes left out of phi phi / omega_n^4 [m s2/N]; None if not known.
 
         It is the next term of the receptance in omega^2: the mass of the modes left out, which the

@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .modes import Modes
+from .modes import Coordinates, Modes, Orders
 
 
 class Points(eqx.Module):
@@ -132,13 +132,13 @@ def _shapes(modes: Modes, order: int) -> Callable[[Any], Any]:
     return jax.vmap(modes.shapes if order == 0 else lambda place: modes.shapes(place, order))
 
 
-def _flexibility(modes: Modes, orders: tuple[int, int]) -> Callable[[Any, Any], Any]:
+def _flexibility(modes: Modes, orders: Orders) -> Callable[[Any, Any], Any]:
     if orders == (0, 0):  # which alone all modes know
         return modes.static_flexibility
     return lambda place, other: modes.static_flexibility(place, other, orders)
 
 
-def _second_flexibility(modes: Modes, orders: tuple[int, int]) -> Callable[[Any, Any], Any]:
+def _second_flexibility(modes: Modes, orders: Orders) -> Callable[[Any, Any], Any]:
     return lambda place, other: modes.second_flexibility_left_out(place, other, orders)
 
 
@@ -186,16 +186,14 @@ def _joined_errors(groups: Sequence[Points]) -> Float[Array, "port erroneous"] |
     return jnp.concatenate(errors)
 
 
-def along_axes(position: Float[Array, "*coordinate"], modes: Modes) -> Points:
+def along_axes(position: Coordinates, modes: Modes) -> Points:
     """Return one position, once along each axis of the structure."""
     count = len(modes.axes)
     repeated = jnp.broadcast_to(position, (count, *jnp.shape(position)))
     return Points(repeated, np.eye(count))
 
 
-def along(
-    position: Float[Array, "*coordinate"], direction: Sequence[Any] | None, modes: Modes
-) -> Points:
+def along(position: Coordinates, direction: Sequence[Any] | None, modes: Modes) -> Points:
     """Return one position along one direction, or once along each axis where there is none."""
     if direction is None:
         return along_axes(position, modes)

@@ -12,6 +12,7 @@ from jaxtyping import Array, Float
 from ..._ranges import POSITIVE
 from ..._sites import is_unknown, unit
 from ..._types import InputError, Parameter, arguments_checked, check_count, finite_number
+from ..modes import AxisShapes, Coordinates
 from ..scalars import check_scalar
 from . import _beam_roots
 from .uniform_line import UniformLine
@@ -50,9 +51,7 @@ class UniformBar(UniformLine):
         speed = jnp.sqrt(self.youngs_modulus / self.density)
         return jnp.array(self.wave_numbers) * speed / self.length
 
-    def shapes(
-        self, position: Float[Array, "*coordinate"], derivative: int = 0
-    ) -> Float[Array, "axis mode"]:
+    def shapes(self, position: Coordinates, derivative: int = 0) -> AxisShapes:
         """Mass-normalised axial shapes [kg^-1/2], or their derivatives [kg^-1/2 m^-order]."""
         k = jnp.array(self.wave_numbers)
         cosine_first = derivative + (self.ends[0] == "fixed") * 3
@@ -109,9 +108,7 @@ class UniformBeam(UniformLine):
             return self.radius_of_gyration
         return jnp.sqrt(self.second_moment / self.area)
 
-    def shapes(
-        self, position: Float[Array, "*coordinate"], derivative: int = 0
-    ) -> Float[Array, "axis mode"]:
+    def shapes(self, position: Coordinates, derivative: int = 0) -> AxisShapes:
         """Mass-normalised bending shapes [kg^-1/2], or their derivatives [kg^-1/2 m^-order]."""
         terms = _terms(position / self.length, jnp.array(self.wave_numbers), derivative)
         unit_mass = jnp.sum(terms * jnp.array(self.coefficients), axis=-1)

@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 from scipy.special import zeta
 
 from ..._types import Parameter
-from ..modes import Modes
+from ..modes import Coordinates, Flexibility, Modes, Orders
 from . import _beam_statics
 
 Position = Float[Array, ""] | float | int
@@ -37,22 +37,16 @@ class UniformLine(Modes):
         """Axial stiffness E A [N] of a bar, bending stiffness E I [N m2] of a beam."""
 
     def static_flexibility(
-        self,
-        position: Float[Array, "*coordinate"],
-        other: Float[Array, "*coordinate"],
-        orders: tuple[int, int] = (0, 0),
-    ) -> Float[Array, "axis axis"] | None:
+        self, position: Coordinates, other: Coordinates, orders: Orders = (0, 0)
+    ) -> Flexibility:
         """Static flexibility [m/N] of all elastic modes; None if not asked for."""
         if not self.static_correction:
             return None
         return (self.green(position, other, orders) / self.stiffness)[None, None]
 
     def second_flexibility_left_out(
-        self,
-        position: Float[Array, "*coordinate"],
-        other: Float[Array, "*coordinate"],
-        orders: tuple[int, int],
-    ) -> Float[Array, "axis axis"] | None:
+        self, position: Coordinates, other: Coordinates, orders: Orders
+    ) -> Flexibility:
         """Sum over the modes left out of phi phi / omega_n^4 [m s2/N], of internal forces alone."""
         if not self.static_correction or min(orders) < self.half_order:
             # Of displacements rounding would be greater than what is left out.
@@ -66,7 +60,7 @@ class UniformLine(Modes):
         return mass_per_length * self.green(position, other, orders, 2) / self.stiffness**2 - kept
 
     def green(
-        self, position: Position, other: Position, orders: tuple[int, int] = (0, 0), power: int = 1
+        self, position: Position, other: Position, orders: Orders = (0, 0), power: int = 1
     ) -> Float[Array, ""]:
         """Green's function for unit stiffness and mass a length, and its derivatives.
 
