@@ -5,9 +5,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 from numpyro.distributions import LogUniform
 
-from ._describing_functions import circle_segment, limited_share, tried_places
+from .amplitude_attachment import AmplitudeAttachment, circle_segment, limited_share, tried_places
 from .effect import Direction, Omega, Place, at_each
-from .prelude import NOT_NEGATIVE, POSITIVE, AmplitudeAttachment, Parameter, Scales, unit
+from .prelude import NOT_NEGATIVE, POSITIVE, Parameter, Scales, unit
 
 
 class CoulombFriction(AmplitudeAttachment):

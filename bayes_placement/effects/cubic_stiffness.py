@@ -4,8 +4,8 @@ import equinox as eqx
 from jaxtyping import Array, Float
 from numpyro.distributions import LogUniform
 
-from ._describing_functions import tried_places
-from .prelude import AmplitudeAttachment, Direction, Omega, Parameter, Place, Scales, at_each, unit
+from .amplitude_attachment import AmplitudeAttachment, tried_places
+from .prelude import Direction, Omega, Parameter, Place, Scales, at_each, unit
 
 
 class CubicStiffness(AmplitudeAttachment):

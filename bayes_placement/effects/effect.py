@@ -75,6 +75,8 @@ class Effect(eqx.Module):
         Whether several of the kind can be missing, at other places or about other sensors.
     may_be_new
         Whether it can come between two states of a structure; else it was there before.
+    if_negative
+        What it means that the estimate of its strength is below zero; empty where that is usual.
     name
         Name in an experiment. Its default is the kind of the effect: models of the same physics
         for different structures share a kind.
@@ -92,6 +94,7 @@ class Effect(eqx.Module):
     tried_last: ClassVar[bool] = False
     may_repeat: ClassVar[bool] = True
     may_be_new: ClassVar[bool] = True
+    if_negative: ClassVar[str] = ""
     name: eqx.AbstractVar[str]
 
     @property
@@ -175,14 +178,15 @@ class Effect(eqx.Module):
         return ""
 
     def remark(self, estimates: Mapping[str, tuple[float, float]]) -> str:
-        """Say what estimates of its numbers mean; mostly nothing.
+        """Say what estimates of its numbers mean: a strength below zero, or mostly nothing.
 
         Parameters
         ----------
         estimates
             Mean and standard deviation of its unknowns, by field.
         """
-        return ""
+        mean, _ = estimates.get(self.absent[0], (0.0, 0.0))
+        return self.if_negative if mean < 0 else ""
 
 
 class StructureEffect(Effect):

@@ -5,9 +5,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 from numpyro.distributions import LogUniform
 
-from ._describing_functions import circle_segment, limited_share, tried_places
-from .effect import Direction, Omega, Place, at_each
-from .prelude import NOT_NEGATIVE, AmplitudeAttachment, Parameter, Scales, unit
+from .amplitude_attachment import AmplitudeAttachment, circle_segment, limited_share, tried_places
+from .prelude import NOT_NEGATIVE, Direction, Omega, Parameter, Place, Scales, at_each, unit
 
 
 class Gap(AmplitudeAttachment):

@@ -1,13 +1,11 @@
 """A spring between one place of the structure and the ground."""
 
-from collections.abc import Mapping
-
 import equinox as eqx
 import numpy as np
 from numpyro.distributions import Distribution, LogUniform
 
 from .effect import Direction, NetworkAttachment, Place, at_each
-from .prelude import Parameter, Scales, Spring, negative_log_uniform, unit, where_negative
+from .prelude import Parameter, Scales, Spring, negative_log_uniform, unit
 
 
 class GroundSpring(NetworkAttachment):
@@ -32,6 +30,7 @@ class GroundSpring(NetworkAttachment):
     """
 
     absent = ("stiffness", 0.0)
+    if_negative = "less than assumed"
     at: Place = eqx.field(metadata=unit("m"))
     stiffness: Parameter = eqx.field(metadata=unit("N/m"))
     direction: Direction = eqx.field(default=None, kw_only=True)
@@ -40,10 +39,6 @@ class GroundSpring(NetworkAttachment):
     def network(self) -> Spring:
         """Return the spring."""
         return Spring(self.stiffness)
-
-    def remark(self, estimates: Mapping[str, tuple[float, float]]) -> str:
-        """Say that a spring of the model is too stiff, where the estimate is negative."""
-        return where_negative("stiffness", estimates, "less than assumed")
 
     @classmethod
     def suggest(cls, scales: Scales) -> list["GroundSpring"]:

@@ -1,19 +1,18 @@
 """A stretch of a uniform bar or beam that has lost stiffness: a crack, a notch."""
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform, Uniform
 
+from .._types import InputError, Parameter
 from ..modes.beams.uniform_line import UniformLine
 from ..modes.hinges import Hinge
 from ..modes.underlying import required_line, underlying_line
 from .effect import AtPlace, Hinged, Place, placed
-from .prelude import POSITIVE, SHARE_LOST, InputError, Modes, Parameter, Scales, unit
-from .signed import negative_log_uniform, where_negative
+from .prelude import POSITIVE, SHARE_LOST, Modes, Scales, negative_log_uniform, unit
 
 
 class LocalStiffnessLoss(AtPlace, Hinged):
@@ -42,6 +41,7 @@ class LocalStiffnessLoss(AtPlace, Hinged):
     """
 
     absent = ("loss", 0.0)
+    if_negative = "stiffer, not softer"
     acts_on = "cut"
     at: Place = eqx.field(metadata=unit("m"))
     extent: Parameter = eqx.field(metadata=unit("m", within=POSITIVE))
@@ -72,10 +72,6 @@ class LocalStiffnessLoss(AtPlace, Hinged):
         offset = self.extent / (2 * math.sqrt(3))
         places = [jnp.clip(self.at + side * offset, 0.0, line.length) for side in (-1, 1)]
         return [Hinge(place, line.half_order, compliance) for place in places]
-
-    def remark(self, estimates: Mapping[str, tuple[float, float]]) -> str:
-        """Say that stiffness was added, where the loss is negative."""
-        return where_negative("loss", estimates, "stiffer, not softer")
 
     @classmethod
     def suggest(cls, scales: Scales) -> list["LocalStiffnessLoss"]:

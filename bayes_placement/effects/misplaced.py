@@ -24,17 +24,7 @@ Self = TypeVar("Self", bound="Misplaced")
 
 
 class Misplaced(OfSide):
-    """A transducer of a side shifted from its recorded place, far beyond its tolerance.
-
-    Attributes
-    ----------
-    shift
-        Distance from its recorded place and tolerance [m].
-    towards
-        In space: the direction of the shift, or two directions at right angles on a surface.
-    bearing
-        Angle of the shift from the first of two directions to the second [rad].
-    """
+    """A transducer of a side shifted from its recorded place, far beyond its tolerance."""
 
     absent: ClassVar[tuple[str, float]] = ("shift", 0.0)
     place_fields: ClassVar[tuple[str, ...]] = ("shift",)

@@ -1,12 +1,9 @@
 """A mass fixed to one place of the structure."""
 
-from collections.abc import Mapping
-
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
-from .prelude import Mass, NetworkAttachment, Parameter, Place, Scales, unit
-from .signed import negative_log_uniform, where_negative
+from .prelude import Mass, NetworkAttachment, Parameter, Place, Scales, negative_log_uniform, unit
 
 
 class PointMass(NetworkAttachment):
@@ -29,6 +26,7 @@ class PointMass(NetworkAttachment):
     """
 
     absent = ("mass", 0.0)
+    if_negative = "removed"
     at: Place = eqx.field(metadata=unit("m"))
     mass: Parameter = eqx.field(metadata=unit("kg"))
     name: str = eqx.field(static=True, default="point_mass", kw_only=True)
@@ -36,10 +34,6 @@ class PointMass(NetworkAttachment):
     def network(self) -> Mass:
         """Return the mass."""
         return Mass(self.mass)
-
-    def remark(self, estimates: Mapping[str, tuple[float, float]]) -> str:
-        """Say that a mass was removed, where the estimate is negative."""
-        return where_negative("mass", estimates, "removed")
 
     @classmethod
     def suggest(cls, scales: Scales) -> list["PointMass"]:

@@ -22,7 +22,7 @@ from ..laws import Dashpot, Law, LossySpring, Mass, Spring, Springpot
 from ..modes.modes import Modes
 from ..modes.points import Points
 from ..positions.places import coordinates
-from .amplitude_attachment import AmplitudeAttachment
+from .amplitude_attachment import AmplitudeAttachment, circle_segment, limited_share, tried_places
 from .effect import (
     OF_CHANNELS,
     AtPlace,
@@ -49,4 +49,4 @@ from .on_transducer import OnTransducer, channels, sides_that_differ
 from .over_extent import Extent, OverExtent
 from .port_law import PortLaw
 from .scales import Scales
-from .signed import log_uniform_of_either_sign, negative_log_uniform, where_negative
+from .signed import log_uniform_of_either_sign, negative_log_uniform

@@ -1,7 +1,5 @@
 """A region of a finite element model that has lost stiffness."""
 
-from collections.abc import Mapping
-
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Int
@@ -12,7 +10,7 @@ from ..modes.flexible_parts import WeakenedRegion
 from ..modes.underlying import underlying_nodal_modes
 from ._parts import centre, check_number, name_of
 from .prelude import SHARE_LOST, Hinged, Instruments, Location, Modes, Parameter, Scales, unit
-from .signed import negative_log_uniform, where_negative
+from .signed import negative_log_uniform
 
 
 class RegionStiffnessLoss(Hinged):
@@ -39,6 +37,7 @@ class RegionStiffnessLoss(Hinged):
     """
 
     absent = ("loss", 0.0)
+    if_negative = "stiffer, not softer"
     acts_on = "region"
     region: str | int | Int[Array | np.ndarray, ""]
     loss: Parameter = eqx.field(metadata=unit("1", within=SHARE_LOST))
@@ -66,10 +65,6 @@ class RegionStiffnessLoss(Hinged):
 
     def _name(self, modes: Modes) -> str:
         return name_of(self.region, underlying_nodal_modes(modes).regions.names)
-
-    def remark(self, estimates: Mapping[str, tuple[float, float]]) -> str:
-        """Say that stiffness was added, where the loss is negative."""
-        return where_negative("loss", estimates, "stiffer, not softer")
 
     @classmethod
     def suggest(cls, scales: Scales) -> list["RegionStiffnessLoss"]:

@@ -1,12 +1,10 @@
 """A rotary inertia fixed to one place of the structure."""
 
-from collections.abc import Mapping
-
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
 from .on_rotation import Footprint, OnRotation, bending_scale
-from .prelude import Direction, Mass, Parameter, Place, Scales, unit, where_negative
+from .prelude import Direction, Mass, Parameter, Place, Scales, unit
 
 
 class RotaryInertia(OnRotation):
@@ -32,6 +30,7 @@ class RotaryInertia(OnRotation):
 
     tried_by_default = False
     absent = ("inertia", 0.0)
+    if_negative = "removed"
     at: Place = eqx.field(metadata=unit("m"))
     inertia: Parameter = eqx.field(metadata=unit("kg m2"))
     footprint: Footprint = eqx.field(default=None, kw_only=True)
@@ -41,10 +40,6 @@ class RotaryInertia(OnRotation):
     def network(self) -> Mass:
         """Return the inertia."""
         return Mass(self.inertia)
-
-    def remark(self, estimates: Mapping[str, tuple[float, float]]) -> str:
-        """Say that an inertia was removed, where the estimate is negative."""
-        return where_negative("inertia", estimates, "removed")
 
     @classmethod
     def suggest(cls, scales: Scales) -> list["RotaryInertia"]:

@@ -1,7 +1,6 @@
 """Sizes that can be negative, what was removed or comes too early: priors of them, and words."""
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 import jax.numpy as jnp
@@ -50,8 +49,3 @@ def log_uniform_of_either_sign(least: float, low: float, high: float) -> Distrib
     """
     ends = Uniform(math.asinh(low / least), math.asinh(high / least))
     return TransformedDistribution(ends, [SinhTransform(), AffineTransform(0.0, least)])
-
-
-def where_negative(field: str, estimates: Mapping[str, tuple[float, float]], words: str) -> str:
-    """Words on a field whose estimated mean is negative; empty where it is not."""
-    return words if estimates.get(field, (0.0, 0.0))[0] < 0 else ""

@@ -15,13 +15,7 @@ Self = TypeVar("Self", bound="Swapped")
 
 
 class Swapped(OfSide):
-    """Two transducers of a side of which each has its record on the channels of the other.
-
-    Attributes
-    ----------
-    other
-        Name of the second, which has as many channels.
-    """
+    """Two transducers of a side of which each has its record on the channels of the other."""
 
     absent: ClassVar[tuple[str, float]] = ("share", 0.0)
     other: eqx.AbstractVar[Number]

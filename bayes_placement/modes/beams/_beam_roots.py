@@ -10,7 +10,6 @@ from scipy.optimize import brentq
 
 # Terms of a shape: 1, x, cos bx, sin bx, exp(-bx), exp(-b(1-x)). Two decaying exponentials
 # instead of cosh and sinh keep every number of order one, however high the mode.
-TERMS = 6
 
 # Orders of the derivatives that vanish at each kind of end.
 _VANISHING = {"fixed": (0, 1), "pinned": (0, 2), "free": (2, 3), "guided": (1, 3)}
