@@ -29,7 +29,7 @@ class Request:
     data
         Universal file of the measurement; None for that of the study.
     kinds
-        Kinds of effects to try; None for those that apply and are tried by default.
+        Kinds of effects to try; None for those that apply and are tried by default, and networks.
     output
         Where the results go.
     most_lines

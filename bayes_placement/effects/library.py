@@ -17,6 +17,9 @@ EFFECTS: Mapping[str, type[Effect]] = MappingProxyType(
 )
 """Effects of the package by name, in the order of the registry."""
 
+LISTED = "listed"
+"""Word for all effects that are tried by default, without networks that are in no list."""
+
 Tested = TypeVar("Tested", bound=Setup)
 
 Kind: TypeAlias = str | type[Effect]
@@ -68,10 +71,10 @@ def library(
         The experiment; default priors are scaled to its structure.
     kinds
         Names of the effects to be tried; by default all that can act on it and are
-        `tried_by_default`, and networks that are in no list. Others are tried where they are
-        named. `compliant_support` means every
-        model of a support that is softer than assumed, `soft_support` those of finite element
-        models alone.
+        `tried_by_default`, and networks that are in no list. Where kinds are named, these alone
+        are tried; `listed` names all that are tried by default, without networks.
+        `compliant_support` means every model of a support that is softer than assumed,
+        `soft_support` those of finite element models alone.
     further
         Effects of your own: classes, whose `suggest` is asked, or effects with priors.
 
@@ -86,6 +89,8 @@ def library(
     >>> heaviest = max(effect.mass.high for effect in candidates.effects[:1])
     >>> round(float(heaviest), 2)  # kg, scaled to the structure
     9.0
+    >>> bp.effects.library(experiment, ["listed"]).networks
+    False
     """
     classes = _by_default() if kinds is None else _chosen(kinds)
     classes += [candidate for candidate in further if isinstance(candidate, type)]
@@ -118,7 +123,7 @@ def _chosen(kinds: Iterable[Kind]) -> list[type[Effect]]:
 
 def nearest_name(kind: str) -> str | None:
     """Name of the effect that is most like a word; None where none is."""
-    close = difflib.get_close_matches(kind, EFFECTS, n=1)
+    close = difflib.get_close_matches(kind, [*EFFECTS, LISTED], n=1)
     return close[0] if close else None
 
 
@@ -126,11 +131,14 @@ def unknown_effect(kind: str) -> str:
     """Say that there is no such effect, which one was meant, and which there are."""
     nearest = nearest_name(kind)
     meant = f" Did you mean {nearest!r}?" if nearest else ""
-    return f"There is no effect {kind!r}.{meant} The effects are {', '.join(EFFECTS)}"
+    known = f"{', '.join(EFFECTS)}; {LISTED} means all usual ones"
+    return f"There is no effect {kind!r}.{meant} The effects are {known}"
 
 
 def classes_named(kind: str) -> list[type[Effect]]:
-    """Effects of this name, or of this kind; none where there is no such effect."""
+    """Effects of this name, or of this kind, or all usual ones; none where there is no such."""
+    if kind == LISTED:
+        return _by_default()
     return [member for word, member in EFFECTS.items() if kind in (word, kind_of(member))]
 
 

@@ -69,6 +69,7 @@ COMMANDS = {
     "improve study.py --data measured.uff --save study.py": (USAGE, "which is there already"),
     "improve study.py --data measured.uff --save out.txt": (USAGE, "no name of a Python file"),
     "explain study.py --effects mass": (USAGE, "There is no effect 'mass'"),
+    "explain study.py --effects listd": (USAGE, "Did you mean 'listed'?"),
     "update study.py --data measured.uff --engine all --marginal kde": (
         USAGE,
         "beside --engine all",

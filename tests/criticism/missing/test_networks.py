@@ -78,6 +78,15 @@ def test_networks_are_tried_unless_kinds_are_named():
     assert not bp.effects.library(experiment(), ["point_mass"]).networks
 
 
+def test_what_is_listed_is_all_that_is_tried_by_default_but_networks():
+    usual, listed = bp.effects.library(experiment()), bp.effects.library(experiment(), ["listed"])
+    assert (listed.kinds, listed.networks) == (usual.kinds, False)
+    more = bp.effects.library(experiment(), ["listed", "point_mass", "phase_drift"])
+    assert more.kinds == [*usual.kinds, "phase_drift"]
+    with pytest.raises(ValueError, match=r"no effect 'listd'. Did you mean 'listed'\? .*; listed means"):
+        bp.effects.library(experiment(), ["listd"])
+
+
 def test_each_further_element_costs_and_all_networks_share_the_prior():
     total = sum(np.exp(log_prior(tree, ATTACHED)) for tree in ATTACHED)
     assert total == pytest.approx(0.5 + 0.25 + 0.125)
