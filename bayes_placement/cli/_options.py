@@ -38,7 +38,7 @@ FitEngine = Annotated[
 Effects = Annotated[
     str | None,
     typer.Option(
-        help="Effects to be tried, with commas: point_mass,gain_error; `listed` for all usual ones. "
+        help="Effects to be tried, with commas: point_mass,gain_error; listed for all usual ones. "
         "Default: these, and networks of springs, dashpots and masses that are in no list."
     ),
 ]

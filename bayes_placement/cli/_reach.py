@@ -1,5 +1,6 @@
 """Where something missing may act: sentences, tables and figures of `explain` and `improve`."""
 
+from ..criticism.missing._claims_in_words import claims_in_words
 from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.ranking import Ranking
 from ..criticism.reach.reach import Reach
@@ -8,11 +9,26 @@ from ..plots import reach as plots
 from ._inputs import Inputs
 from ._run import Run
 
+HEADING = "What a single law at one place could do:"
+
+
+def lines_on_laws(result: Ledger | Ranking) -> list[str]:
+    """Lines of a text file: where each claimed effect acts and its law, and what laws could do."""
+    claimed = claims_in_words(result.effects)
+    reached = [] if result.reach is None else result.reach.words()
+    parts = {"Where it acts, and its law:": claimed, HEADING: reached}
+    return [
+        line
+        for heading, sentences in parts.items()
+        if sentences
+        for line in ["", heading, *(f"- {sentence}" for sentence in sentences)]
+    ]
+
 
 def show_reach(reach: Reach | None, inputs: Inputs) -> None:
     """Say which kind of port explains how much, whatever the law; nothing where none was read."""
     if reach is not None:
-        inputs.screen.text("What a single law at one place could do:")
+        inputs.screen.text(HEADING)
         inputs.screen.list(reach.words())
 
 

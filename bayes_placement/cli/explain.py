@@ -6,7 +6,7 @@ from ..plots import ledger as plots
 from ._findings import FINDINGS, of_result
 from ._inputs import Inputs
 from ._missing_effects import Request
-from ._reach import show_reach, write_reach
+from ._reach import lines_on_laws, show_reach, write_reach
 from ._run import Run
 
 
@@ -27,7 +27,7 @@ def _write(ranking: Ranking, inputs: Inputs, run: Run) -> None:
     table = ranking.table()
     run.json("explanation.json", ranking.to_json())
     run.table("explanation.csv", table)
-    run.report("explanation.txt", table, ranking.words())
+    run.text("explanation.txt", "\n".join([str(ranking), *lines_on_laws(ranking)]))
     run.table("suspicion.csv", ranking.suspicion, index=False)
     write_reach(ranking, inputs, run)
     figures = {

@@ -16,7 +16,7 @@ from ..plots import modes as mode_plots
 from ._findings import FINDINGS, of_models, of_result
 from ._inputs import Inputs, infer_posterior, named_method
 from ._missing_effects import Request
-from ._reach import show_reach, write_reach
+from ._reach import lines_on_laws, show_reach, write_reach
 from ._run import Run, numbered
 from ._save import CompletedModel
 
@@ -97,7 +97,7 @@ def _improve_states(
 
 def _write(ledger: Ledger, inputs: Inputs, run: Run) -> None:
     run.json("ledger.json", ledger.to_json())
-    run.text("ledger.txt", str(ledger))
+    run.text("ledger.txt", "\n".join([str(ledger), *lines_on_laws(ledger)]))
     run.table("compared.csv", ledger.compared, index=False)
     run.table("suspicion.csv", ledger.suspicion, index=False)
     write_reach(ledger, inputs, run)

@@ -11,6 +11,7 @@ from bayes_placement._types import InputError
 from bayes_placement.effects import Dashpot, LossySpring, Mass, Spring, Springpot, Tabulated
 from bayes_placement.laws import Law
 from bayes_placement.laws.catalogue import leaves
+from bayes_placement.laws.typed import typed
 
 OMEGA = jnp.asarray(2 * np.pi * np.array([3.0, 17.0, 44.0, 160.0]))
 SPRING, DASHPOT, MASS = Spring(2e4), Dashpot(40.0), Mass(0.3)
@@ -103,9 +104,39 @@ def test_no_strength_is_no_force_with_a_slope(name):
 
 @pytest.mark.parametrize("name", TYPED)
 def test_what_is_printed_can_be_typed(name):
-    typed = eval(repr(NETWORKS[name]))  # the elements are imported here
-    np.testing.assert_array_equal(stiffness(typed), stiffness(NETWORKS[name]))
-    assert typed.tree() == NETWORKS[name].tree()
+    again = eval(repr(NETWORKS[name]))  # the elements are imported here
+    np.testing.assert_array_equal(stiffness(again), stiffness(NETWORKS[name]))
+    assert again.tree() == NETWORKS[name].tree()
+    assert repr(typed(repr(NETWORKS[name]))) == repr(NETWORKS[name])
+
+
+def test_priors_can_be_typed():
+    law = Spring(dist.LogNormal(9.0, 4.6)) - Springpot(
+        dist.LogUniform(1.0, 1e3), dist.Uniform(0.0, 1.0), 50.0
+    )
+    assert repr(typed(repr(law))) == repr(law)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "Spring",
+        "Spring(",
+        "Spring()",
+        "Spring(-1) - 3",
+        "2.0 * 3.0",
+        "Inerter(1.0)",
+        "Spring(Cauchy(0, 1))",
+        "Spring(stiffness=1.0)",
+        "__import__('os').getcwd()",
+        "Spring([].append(1))",
+        "(" * 200 + "Mass(1)" + ")" * 200,
+    ],
+)
+def test_a_text_that_is_no_law_is_refused_and_not_run(text):
+    with pytest.raises(InputError, match=r"was given as a law; elements \(Spring, .*: \"Spring"):
+        typed(text)
 
 
 def test_closed_forms_of_mechanical_models():

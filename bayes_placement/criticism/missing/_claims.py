@@ -12,7 +12,7 @@ from ...effects.library import EFFECTS, kind_of
 from ...effects.over_extent import OverExtent
 from ...effects.registry import damping_layer, inserted, strut
 from ...laws.canonical import canonical
-from ...laws.law import Law
+from ...laws.law import Law, Scaled
 from ..locations import locations
 from ._estimates import ParameterEstimate, estimates, laplace, number_or_none
 from ._hypotheses import Hypothesis
@@ -165,6 +165,7 @@ def _law(name: str, hypothesis: Hypothesis) -> Law | None:
         law = effect.law
     elif isinstance(effect, NetworkAttachment):
         law = effect.network()
+        law = law.law if isinstance(law, Scaled) and law.strength == 1.0 else law
     else:
         return None
     rounded: Law = jax.tree.map(lambda number: float(f"{float(number):.4g}"), law)

@@ -1,6 +1,6 @@
 """Unknowns of a fitted hypothesis by name, with intervals."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -88,8 +88,18 @@ class ParameterEstimate(NamedTuple):
             "mean": number_or_none(self.mean),
             "standard_deviation": number_or_none(self.standard_deviation),
             "interval_99": [number_or_none(self.low), number_or_none(self.high)],
+            "interval_95": [number_or_none(self.low_95), number_or_none(self.high_95)],
             "unit": self.unit,
         }
+
+    @classmethod
+    def from_json(cls, stated: Mapping[str, Any]) -> "ParameterEstimate":
+        """Read it from a file, of earlier versions without its 95 % interval."""
+        ends = [*stated["interval_99"], *stated.get("interval_95", (None, None))]
+        low, high, *inner = (np.nan if end is None else float(end) for end in ends)
+        mean, deviation = float(stated["mean"]), float(stated["standard_deviation"])
+        names = stated["unit"], stated["effect"], stated["word"], stated["field"]
+        return cls(mean, deviation, low, high, *names, *inner)
 
 
 def estimates(

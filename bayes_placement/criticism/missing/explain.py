@@ -14,9 +14,11 @@ from ...inference.record import record
 from ._alternatives import alternatives
 from ._answers import Question, answered, ticks
 from ._candidates import candidates_of, check_experiment
+from ._claims import claims
 from ._kept_fits import fits_kept_in
 from ._score_test import suspicion
 from ._standing import standing
+from ._weighed import NONE
 from .decide import decide
 from .fitted_model import fitted_model, sampled_finalists
 from .ranking import Ranking
@@ -94,6 +96,8 @@ def explain(
     )
     rows = answer.table(AS_STATED, sampled)
     decision = decide(rows)
+    stands, none = standing(answer, decision, sampled), decision.probabilities[NONE]
+    best = answer.claimed(decision)[-1]
     progress(1.0)
     return Ranking(
         steps=steps,
@@ -104,7 +108,8 @@ def explain(
         claimed=decision.kinds,
         baseline=None if before is None else fitted_model(before, {}),
         record=record(experiment, [measurement, baseline]),
+        effects=claims(comparison, best, fitted_model(best, sampled, in_full=False), stands, none),
         reach=comparison.reach,
-        standing=standing(answer, decision, sampled),
+        standing=stands,
         rows=rows,
     )

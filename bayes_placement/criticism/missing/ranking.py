@@ -11,6 +11,7 @@ from ..._files import write_json
 from ...inference.alternative_explanation import Alternative
 from ...positions.reprs import notebook_html
 from ..reach.reach import Reach, only_port
+from ._claims import SCHEMA
 from ._estimates import number_or_none
 from ._narrow_text import gained, narrow
 from ._standing import Standing
@@ -58,6 +59,8 @@ class Ranking:
         Effects are then what is new since.
     record
         Where it comes from: versions, date, seed, hashes of experiment and measurement, units.
+    effects
+        An entry for the claimed effect, see `Ledger`.
     reach
         What laws at each place could remove of the misfit; None where the model as given passes its
         check, or no law can be read.
@@ -81,6 +84,7 @@ class Ranking:
     claimed: tuple[str, ...] = ()
     baseline: FittedModel | None = None
     record: Mapping[str, Any] = field(default_factory=dict, repr=False)
+    effects: tuple[Mapping[str, Any], ...] = field(default=(), repr=False)
     reach: Reach | None = field(default=None, repr=False)
     standing: Standing = field(default_factory=Standing, repr=False)
     rows: TableOfFits = field(default=TableOfFits([]), repr=False)
@@ -88,14 +92,7 @@ class Ranking:
     @property
     def port(self) -> str | None:
         """Kind of port on which the claimed effect acts; None as for `z`."""
-        acts_on = [
-            effect.acts_on
-            for step in self.steps
-            if step.kind in self.claimed and step.experiment is not None
-            for effect in step.experiment.effects
-            if effect.name == step.added
-        ]
-        return only_port(self.reach, acts_on)
+        return only_port(self.reach, [effect["acts_on"] for effect in self.effects])
 
     @property
     def z(self) -> pd.DataFrame | None:
@@ -110,6 +107,8 @@ class Ranking:
     def to_json(self) -> dict[str, Any]:
         """Return the ranking as numbers and words for a file."""
         return {
+            "schema": SCHEMA,
+            "effects": [dict(effect) for effect in self.effects],
             "reach": None if self.reach is None else self.reach.to_json(),
             "explanations": [step.to_json() for step in self.steps],
             "claimed": list(self.claimed),

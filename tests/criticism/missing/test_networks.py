@@ -83,7 +83,9 @@ def test_what_is_listed_is_all_that_is_tried_by_default_but_networks():
     assert (listed.kinds, listed.networks) == (usual.kinds, False)
     more = bp.effects.library(experiment(), ["listed", "point_mass", "phase_drift"])
     assert more.kinds == [*usual.kinds, "phase_drift"]
-    with pytest.raises(ValueError, match=r"no effect 'listd'. Did you mean 'listed'\? .*; listed means"):
+    with pytest.raises(
+        ValueError, match=r"no effect 'listd'. Did you mean 'listed'\? .*; listed means"
+    ):
         bp.effects.library(experiment(), ["listd"])
 
 
