@@ -4,56 +4,63 @@ The completed model is the model with the effects that it lacked.
 """
 
 import os
+import textwrap
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from .._files import write_atomically
 from .._types import UsageError
+from ..criticism.missing.fitted_model import FittedModel
 from ..criticism.missing.ledger import Ledger
 from ..effects.effect import Effect
-from ..effects.library import EFFECTS, kind_of
+from ..effects.library import kind_of
 from ..experiment.experiment import Experiment
 from ..io._modal_files import holds_modal_parameters
 from ..io.case._completed import write_completed
 from ..io.case._effects import candidate_place
+from ._as_typed import effect_as_typed, imports_of
 
 HEAD = '''\
 """The model of {model} with the effects it lacked: {effects}.
 
-Written by bayes-placement improve --save. Default priors of effects are scaled to the structure.
+Written by bayes-placement improve --save. Priors of effects are scaled to the structure; what was
+found stands above each, and in `found`.
 """
 
-import dataclasses
-from pathlib import Path
-
-import bayes_placement as bp
 {imports}
 HERE = Path(__file__).parent
 
 study = bp.io.{reader}.read(HERE / {path!r})
 measurement = {measurement}
-original = {original}
-experiment = original{model_error}
+experiment = {original}{model_error}
 '''
+
+IMPORTS = """\
+from pathlib import Path
+
+import bayes_placement as bp
+"""
 
 OF_MODES = "observing_modes(study.experiment, measurement)"
 IMPORT = "from bayes_placement.experiment.resized import observing_modes\n"
 
-ADDED = """\
-{variable} = bp.effects.library(original, [{kind!r}]).effects[{number}]
-experiment = experiment + dataclasses.replace({variable}, name={name!r})
+OF_LIBRARY = """\
+candidates = bp.effects.library({original}, [{kind!r}]).effects
+experiment = experiment + dataclasses.replace(candidates[{number}], name={name!r})
 """
+"""Lines of an effect that has no text."""
 
+FOUND = '''\
+found = {{
+{lines}}}
+"""Mean of each unknown that was found, in SI."""
+'''
 
-ADDED_NETWORK = """\
-{variable} = bp.effects.{function}({places}, {law}{options})
-experiment = experiment + {variable}
-"""
+WIDTH = 100
+"""Letters of a line of comment."""
 
-OF_NETWORKS = """from numpyro.distributions import LogNormal, LogUniform, Uniform
-
-from bayes_placement.effects import Dashpot, LossySpring, Mass, Spring, Springpot
-"""
+DIGITS = 8
+"""Digits of what was found: resonances are sharp."""
 
 
 class CompletedModel(NamedTuple):
@@ -83,24 +90,30 @@ class CompletedModel(NamedTuple):
         if not self.path.suffix:
             write_completed(self.path, self.model, experiment, added)
             return
-        parts = [self._head(added)]
-        parts += [_addition(experiment, effect, n) for n, effect in enumerate(added, 1)]
-        text = "\n".join(parts)
+        last = ledger.steps[-1]
+        original = OF_MODES if self._is_modal else "study.experiment"
+        parts = [_addition(experiment, effect, last, original) for effect in added]
+        head = self._head(added, original, "".join(parts))
+        text = "\n".join([head, *parts, _found(last)])
         write_atomically(self.path, lambda path: path.write_text(text, encoding="utf-8"))
 
-    def _head(self, added: list[Effect]) -> str:
-        is_modal = self.data is not None and holds_modal_parameters(self.data)
-        reader = "modal_parameters.read" if is_modal else "read_measurement"
+    @property
+    def _is_modal(self) -> bool:
+        return self.data is not None and holds_modal_parameters(self.data)
+
+    def _head(self, added: list[Effect], original: str, body: str) -> str:
+        reader = "modal_parameters.read" if self._is_modal else "read_measurement"
         data = f"bp.io.{reader}(HERE / {self._from_here(self.data)!r})" if self.data else ""
-        of_networks = OF_NETWORKS if any(map(_is_network, added)) else ""
+        of_standard = "import dataclasses\n" if "dataclasses" in body else ""
+        of_package = IMPORT if self._is_modal else ""
         return HEAD.format(
             model=self.model.name,
             effects=", ".join(effect.name for effect in added) or "none is claimed",
             reader="case" if self.model.is_dir() else "model",
             path=self._from_here(self.model),
             measurement=data or "study.measurement",
-            imports=(IMPORT if is_modal else "") + of_networks,
-            original=OF_MODES if is_modal else "study.experiment",
+            imports=of_standard + IMPORTS + of_package + imports_of(body),
+            original=original,
             model_error=(".with_model_error(bp.model_error.Modal())" if self.model_error else ""),
         )
 
@@ -137,35 +150,22 @@ def completed_model(
     return CompletedModel(path, model, data, model_error)
 
 
-def _addition(experiment: Experiment, effect: Effect, number: int) -> str:
-    """Lines that add an effect: which of the default candidates it is, or a network as typed."""
-    if _is_network(effect):
-        return _network(experiment, effect, number)
-    return ADDED.format(
-        variable=f"effect_{number}",
-        kind=kind_of(effect),
-        number=candidate_place(experiment, effect),
-        name=effect.name,
-    )
+def _addition(experiment: Experiment, effect: Effect, found: FittedModel, original: str) -> str:
+    """Lines that add an effect as it is typed, or as one of the default candidates."""
+    numbers = found.estimates_of(effect.name).items()
+    words = ", ".join(f"{word} {item.with_interval()}" for word, item in numbers)
+    comment = textwrap.fill(words, initial_indent="# ", subsequent_indent="# ", width=WIDTH)
+    call = effect_as_typed(effect)
+    if call is None:
+        number, kind = candidate_place(experiment, effect), kind_of(effect)
+        lines = OF_LIBRARY.format(original=original, kind=kind, number=number, name=effect.name)
+    else:
+        lines = f"experiment = experiment + {call}\n"
+    return f"{comment}\n{lines}" if words else lines
 
 
-def _is_network(effect: Effect) -> bool:
-    """Whether an effect is a law of its own at a port, and none of the library."""
-    return kind_of(effect) not in EFFECTS
-
-
-def _network(experiment: Experiment, effect: Any, number: int) -> str:
-    """Lines that add a network, on the piece of the structure where it is."""
-    pieces = [repr(piece) for piece in experiment.structure.modes.anywhere()]
-    ends = [repr(getattr(effect, field)) for field in effect.place_fields]
-    numbers = [pieces.index(end) if end in pieces else 0 for end in ends]
-    settings = {"motion": getattr(effect, "motion", None), "direction": effect.direction}
-    stated = {name: value for name, value in settings.items() if value is not None}
-    options = {**stated, "name": effect.name}
-    return ADDED_NETWORK.format(
-        variable=f"effect_{number}",
-        function=type(effect).name,
-        places=", ".join(f"original.structure.modes.anywhere()[{piece}]" for piece in numbers),
-        law=repr(effect.law),
-        options="".join(f", {name}={value!r}" for name, value in options.items()),
-    )
+def _found(model: FittedModel) -> str:
+    """Lines that name each unknown with its mean."""
+    means = {name: item.mean for name, item in model.parameters.items()}
+    lines = (f"    {name!r}: {float(f'{mean:.{DIGITS}g}')},\n" for name, mean in means.items())
+    return FOUND.format(lines="".join(lines))

@@ -1,6 +1,8 @@
 """`improve --save`: the completed model is a model file that explains the data."""
 
+import dataclasses
 import inspect
+import runpy
 import types
 
 import numpy as np
@@ -10,9 +12,15 @@ import pytest
 import bayes_placement as bp
 from bayes_placement import effects
 from bayes_placement._compiled import compiled
+from bayes_placement.cli._as_typed import effect_as_typed
 from bayes_placement.cli._save import CompletedModel
+from bayes_placement.criticism.missing._estimates import EFFECTS, ParameterEstimate
+from bayes_placement.criticism.missing.fitted_model import FittedModel
 from bayes_placement.experiment.content_hash import content_hash
+from bayes_placement.io.case._effects import _content
+from tests import public_calls
 from tests.cli.test_criticism import HIDDEN, MEASUREMENT, MODEL, run, written
+from tests.criticism.small import experiment as small
 from tests.io.case.test_folder import measured
 from tests.io.case.test_folder import written as written_case
 
@@ -38,22 +46,116 @@ def test_the_completed_model_is_read_and_explains_the_data(tmp_path):
     assert content_hash(known) == content_hash(study.measurement)
 
 
+def around(unknown):
+    """Estimate of an unknown as a ledger has it, at 0.3."""
+    owner = unknown.owner.name if unknown.owner.kind in EFFECTS else None
+    numbers = 0.3, 0.01, 0.27, 0.33, unknown.unit
+    return ParameterEstimate(*numbers, owner, unknown.field, unknown.field, 0.28, 0.32)
+
+
+def saved(folder, original, *added):
+    """Text of a model that is completed by effects, and the experiment that is read from it."""
+    experiment = original
+    for effect in added:
+        experiment = experiment + effect
+    found = {unknown.name: around(unknown) for unknown in experiment.unknowns}
+    last = FittedModel(None, (), found, 1.0, 0.5, 0.0, None, 0.0)
+    ledger = types.SimpleNamespace(experiment=experiment, steps=[last])
+    completed = CompletedModel(folder / "completed.py", folder / "study.py", None, False)
+    inspect.unwrap(CompletedModel.write)(completed, original, ledger)
+    text = (folder / "completed.py").read_text().replace("study.measurement", "None")
+    (folder / "completed.py").write_text(text)
+    return text, experiment, bp.io.model.read(folder / "completed.py").experiment
+
+
 def test_a_network_is_written_as_it_is_typed(tmp_path):
     original = bp.io.model.read(written(tmp_path, MODEL)).experiment
     law = effects.Spring(dist.LogNormal(9.0, 4.6)) - effects.Springpot(
         dist.LogNormal(8.0, 4.6), dist.Uniform(0.0, 1.0), 50.0
     )
     (place,) = original.structure.modes.anywhere()
-    pad = effects.attached(place, law, name="attached")
-    ledger = types.SimpleNamespace(experiment=original + pad)
-    saved = CompletedModel(tmp_path / "completed.py", tmp_path / "study.py", None, False)
-    inspect.unwrap(CompletedModel.write)(saved, original, ledger)
-    (tmp_path / "completed.py").write_text(
-        (tmp_path / "completed.py").read_text().replace("study.measurement", "None")
+    text, _, read = saved(tmp_path, original, effects.attached(place, law, name="pad"))
+    call = """bp.effects.attached(
+    at=Uniform(0, 1),
+    law=Spring(LogNormal(9, 4.6)) - Springpot(LogNormal(8, 4.6), Uniform(0, 1), 50.0),
+    name='pad',
+)
+"""
+    assert call in text
+    assert "# at 300 mm (95 %: 280 to 320), " in text
+    assert "from bayes_placement.effects import Spring, Springpot\n" in text
+    assert "from numpyro.distributions import LogNormal, Uniform\n" in text
+    (again,) = read.effects
+    assert (again.name, repr(again.law)) == ("pad", repr(law))
+
+
+def test_networks_struts_parts_and_several_effects_are_read_back(tmp_path):
+    original = bp.io.model.read(written(tmp_path, MODEL)).experiment
+    (place,) = original.structure.modes.anywhere()
+    spring = effects.Spring(dist.LogUniform(1e3, 1e6))
+    library = effects.library(original, ["segment_mass", "point_mass", "time_delay"]).effects
+    first, *others = [effects.attached(place, spring - effects.Dashpot(40.0)), *library]
+    joint = effects.inserted(place, spring, motion="displacement")
+    added = [first, effects.strut(place, 0.7, spring), joint, *unlike(others)]
+    text, experiment, read = saved(tmp_path, original, *added)
+    values = dict.fromkeys(experiment.unknown, 0.3)
+    exact, again = (
+        np.asarray(compiled(bp.Experiment.frf)(each.fix(values))) for each in (experiment, read)
     )
-    (again,) = bp.io.model.read(tmp_path / "completed.py").experiment.effects
-    assert (again.name, again.kind) == ("attached", "attached: spring - springpot")
-    assert repr(again.law) == repr(law) and (again.at.low, again.at.high) == (place.low, place.high)
+    np.testing.assert_array_equal(exact, again)
+    assert "to=0.7" in text and "bp.effects.segment_mass(\n" in text
+
+
+def unlike(candidates):
+    """The last candidate of each kind, which may have no text."""
+    return list({candidate.kind: candidate for candidate in candidates}.values())
+
+
+@pytest.mark.parametrize("make", [lambda: public_calls.in_space((0.5, 0.4, 0.0)), small])
+def test_default_candidates_are_typed_as_they_are_or_not_at_all(make):
+    of = make()
+    candidates = effects.library(of, [*effects.EFFECTS]).effects
+    texts = [effect_as_typed(candidate) for candidate in candidates]
+    known = vars(dist) | vars(effects) | {"bp": bp}
+    for candidate, text in zip(candidates, texts, strict=True):
+        assert text is None or _content(eval(text, known)) == _content(candidate)
+    assert sum(text is not None for text in texts) > len(candidates) / 2
+
+
+IN_PYTHON = """
+from tests.criticism.reach.cantilever import experiment as setup, maxwell, measured
+
+experiment, measurement = setup(), measured(maxwell)
+"""
+
+
+@pytest.mark.long
+def test_a_completed_model_with_a_network_fits_as_the_search_said(tmp_path):
+    model = tmp_path / "study.py"
+    model.write_text(IN_PYTHON)
+    study = bp.io.model.read(model)
+    chosen = effects.library(study.experiment, ["point_mass", "tuned_absorber"])
+    candidates = dataclasses.replace(chosen, networks=True)
+    ledger = bp.improve(study.experiment, study.measurement, candidates=candidates)
+    assert ledger.verdict == ("attached: dashpot - spring",)
+    CompletedModel(tmp_path / "completed.py", model, None, False).write(study.experiment, ledger)
+    completed = bp.io.model.read(tmp_path / "completed.py")
+    found = runpy.run_path(str(tmp_path / "completed.py"))["found"]
+    (one, predicted), (other, again) = (
+        chi2(experiment, completed.measurement, found)
+        for experiment in (ledger.experiment, completed.experiment)
+    )
+    np.testing.assert_array_equal(predicted, again)
+    assert one == other == pytest.approx(ledger.steps[-1].chi2_per_datum, rel=0.02)
+
+
+def chi2(experiment, measurement, values):
+    """Squared residuals for each datum where the unknowns have these values, and predictions."""
+    data = experiment.data(measurement)
+    predicted = np.asarray(compiled(bp.Experiment.predict)(experiment.fix(values)))
+    expected = experiment.noise.distribution(predicted, data)
+    scores = (np.asarray(data.z) - predicted) / np.sqrt(np.asarray(expected.variance))
+    return float(np.mean(np.abs(scores) ** 2)), predicted
 
 
 @pytest.mark.parametrize("name", ["study.py", "completed.txt"])

@@ -78,7 +78,9 @@ KNOWN: dict[str, Any] = {
     "uncertain_parameters": {**dict.fromkeys(("name", "nominal", "note")), "prior": _PRIOR},
     "frequency": dict.fromkeys(("band_hz", "n_lines", "spacing", "note")),
     "measurement": _MEASUREMENT,
-    "effects": dict.fromkeys(("kind", "candidate", "name", "note")),
+    "effects": dict.fromkeys(
+        ("kind", "candidate", "name", "note", "pieces", "law", "motion", "direction")
+    ),
     "hints": ...,
 }
 """Fields of `case.json`, with those of their objects, or of the objects that they list.

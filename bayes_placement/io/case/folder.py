@@ -55,7 +55,10 @@ def read(folder: str | Path) -> Study:
       Other states of the structure, if measured: `baseline_files`, those of an earlier one; or
       `states`, a list of at least two with `label` and `files`, the first one the baseline.
     - `effects`, if the structure has some: a list with `kind`, `candidate`, the number among the
-      default candidates of the kind, and `name`; as `improve --save` writes it.
+      default candidates of the kind, and `name`; of a network (`attached`, `inserted`, `strut`) in
+      the place of `candidate` its `law` as typed and `pieces`, for each of its places the number
+      of the piece of the structure that it may be on, and if wanted `motion` and `direction`; as
+      `improve --save` writes it.
 
     Parameters
     ----------

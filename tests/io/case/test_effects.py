@@ -3,12 +3,13 @@
 import dataclasses
 
 import equinox as eqx
+import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
 from bayes_placement.io import case
 from bayes_placement.io.case._completed import write_completed
-from bayes_placement.io.case._effects import _content, candidate_place
+from bayes_placement.io.case._effects import _content, candidate_place, stated_effects
 from tests import public_calls
 from tests.io.case.test_folder import changed, written
 
@@ -51,6 +52,40 @@ def test_a_completed_case_is_complete_and_read_back(tmp_path, folder):
     assert (completed.measurement.frf == incomplete.measurement.frf).all()
 
 
+def networks(experiment):
+    (place,) = experiment.structure.modes.anywhere()
+    spring = bp.effects.Spring(dist.LogUniform(1e3, 1e6))
+    return [
+        bp.effects.attached(place, spring - bp.effects.Dashpot(40.0), direction=(1.0, 0.0, 0.0)),
+        bp.effects.inserted(place, spring, motion="displacement"),
+        bp.effects.strut(place, place, spring, name="tie"),
+    ]
+
+
+def test_networks_are_read_back_as_they_were_typed(tmp_path, folder):
+    path = written(folder("given"))
+    incomplete = case.read(path).experiment
+    added = networks(incomplete)
+    write_completed(tmp_path / "completed", path, incomplete, added)
+    expected = incomplete
+    for effect in added:
+        expected = expected + effect
+    assert eqx.tree_equal(case.read(tmp_path / "completed").experiment, expected)
+
+
+TABLE = bp.effects.Tabulated([5.0, 9.0], [1e4 + 1j, 2e4 + 2j])
+
+
+@pytest.mark.parametrize(
+    "change", [{"strength": 0.5}, {"at": 0.3}, {"at": dist.Uniform(0.1, 0.2)}, {"law": TABLE}]
+)
+def test_what_a_case_cannot_hold_is_refused(folder, change):
+    experiment = case.read(written(folder("given"))).experiment
+    other = dataclasses.replace(networks(experiment)[0], **change)
+    with pytest.raises(ValueError, match="attached is none of the default candidates"):
+        stated_effects(experiment, [other])
+
+
 def test_default_candidates_at_unknown_places_in_space_are_told():
     plate = public_calls.in_space((0.5, 0.4, 0.0))
     candidates = bp.effects.library(plate, ["point_mass"]).effects
@@ -79,5 +114,23 @@ def test_a_candidate_of_slightly_other_numbers_is_none_of_the_default_ones():
 )
 def test_what_is_no_default_candidate_is_refused(tmp_path, field, value, words):
     content = changed("effects", [MASS | {field: value}])
+    with pytest.raises(case.CaseError, match=words):
+        case.read(written(tmp_path, content))
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "words"),
+    [
+        ("law", "Inerter(3)", "a network as it is typed.*write .law.: .Spring"),
+        ("law", 3.0, "a network as it is typed"),
+        ("pieces", [2], "a list of 1 numbers of pieces of the structure from 1 to 1 is needed"),
+        ("pieces", [1, 1], "a list of 1 numbers"),
+        ("motion", "sideways", "displacement"),
+        ("direction", [1.0, 0.0], "a list of three numbers"),
+    ],
+)
+def test_what_is_no_network_is_refused(tmp_path, field, value, words):
+    pad = {"kind": "attached", "pieces": [1], "law": "Spring(1e4)", "name": "pad"}
+    content = changed("effects", [pad | {field: value}])
     with pytest.raises(case.CaseError, match=words):
         case.read(written(tmp_path, content))
