@@ -6,6 +6,8 @@ from ..criticism.missing.ranking import Ranking
 from ..criticism.reach.reach import Reach
 from ..io.laws import SIDES
 from ..plots import reach as plots
+from ..plots.report._style import look
+from ..plots.report._svg import as_file, svg_of
 from ._inputs import Inputs
 from ._run import Run
 
@@ -50,3 +52,10 @@ def write_reach(result: Ledger | Ranking, inputs: Inputs, run: Run) -> None:
         "law.png": plots.law(reach, acts_on=port),
     }
     run.figures(figures)
+    with look():
+        drawn = {
+            "reach.svg": plots.curves(reach, experiment=inputs.experiment),
+            "law.svg": plots.law(reach, acts_on=port),
+        }
+        for name, figure in drawn.items():
+            run.text(name, as_file(svg_of(figure)))

@@ -74,7 +74,7 @@ class Piece(NamedTuple):
     is_heavy: bool = False
 
 
-def drawing(law: Law) -> str:
+def drawing(law: Law, known: Sequence[Owned] | None = None) -> str:
     """SVG of a network in the colour and the family of letters of what is around it.
 
     Series go from left to right, parallel branches lie below each other, and a factor stands below
@@ -85,6 +85,8 @@ def drawing(law: Law) -> str:
     ----------
     law
         The network.
+    known
+        Numbers that are written, in the order of `symbols.numbers`; by default those of the law.
 
     Examples
     --------
@@ -92,7 +94,8 @@ def drawing(law: Law) -> str:
     >>> drawing(bp.effects.Spring(1e4)).count("<path")
     2
     """
-    return _svg(_grounded(_piece(law, iter(numbers(law)))), repr(law))
+    owned = numbers(law) if known is None else known
+    return _svg(_grounded(_piece(law, iter(owned))), repr(law))
 
 
 def _piece(law: Law, owned: Iterator[Owned]) -> Piece:

@@ -93,7 +93,7 @@ def _round(low: float, high: float) -> Any:
 def _label(panel: Any, ruling: Ruling, value: float, place: float) -> None:
     """Value of a line where it leaves the panel."""
     words = EngFormatter(ruling.unit, sep=" ")(ruling.scale * value)
-    style = {"color": FLOOR, "fontsize": "x-small", "textcoords": "offset points"}
+    style = {"color": FLOOR, "fontsize": "small", "textcoords": "offset points"}
     if ruling.power == 0:
         across = panel.get_yaxis_transform()
         panel.annotate(words, (1.0, place), xytext=(3, 0), xycoords=across, va="center", **style)

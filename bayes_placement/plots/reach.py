@@ -1,5 +1,6 @@
 """Figures of reach: where something missing may act, and the law that the data ask for."""
 
+import textwrap
 from collections.abc import Sequence
 from typing import Any
 
@@ -39,6 +40,12 @@ STYLES: list[dict[str, Any]] = [
 
 HEIGHT = 2.4
 """Height of a panel of one kind of port [inch]."""
+
+HIGHEST = 9.4
+"""Greatest height of a figure [inch]: a printed report takes it as it is."""
+
+LETTERS = 64
+"""Letters of a line of a title."""
 
 BAR = 0.22
 """Height of the bar of a channel, with the gap to the next [inch]."""
@@ -82,7 +89,8 @@ def curves(
     kinds = [kind for kind in reach.kinds().index if kind not in CHANNELS]
     bars = reach.curves[reach.curves["acts_on"].isin(CHANNELS)]
     heights = [1.0] * len(kinds) + [max(1.0, len(bars) * BAR / HEIGHT)] * (not bars.empty)
-    layout = panels(len(heights), 1, axes, heights=heights, size=(PANEL[0], HEIGHT))
+    height = min(HEIGHT, HIGHEST / sum(heights))
+    layout = panels(len(heights), 1, axes, heights=heights, size=(PANEL[0], height))
     for panel, kind in zip(layout.axes.flat, kinds, strict=False):
         curve = reach.curves[reach.curves["acts_on"] == kind]
         best = reach.laws[reach.laws["acts_on"] == kind].iloc[0]
@@ -102,7 +110,8 @@ def curves(
 
 def _title(reach: Reach, subject: str, best: Any) -> str:
     probability = reach.kinds()["probability"][best["acts_on"]]
-    return f"{subject}: {best['law'].in_words()} (probability {probability:.2g})"
+    words = f"{subject}: {best['law'].in_words()} (probability {probability:.2g})"
+    return textwrap.fill(words, LETTERS)
 
 
 @arguments_checked

@@ -72,9 +72,14 @@ class ParameterEstimate(NamedTuple):
         """Mean and 95 % interval, in the unit of people."""
         if not np.isfinite([self.low_95, self.high_95]).all():
             return str(self)
-        scale, deviation = self._scale(), self.standard_deviation
-        ends = (scale.number(end, deviation) for end in (self.low_95, self.high_95))
+        _, *ends, _ = self.for_people()
         return f"{self.in_short()} (95 %: {' to '.join(ends)})"
+
+    def for_people(self) -> tuple[str, str, str, str]:
+        """Mean, ends of the 95 % interval and unit, as people read them."""
+        scale, numbers = self._scale(), (self.mean, self.low_95, self.high_95)
+        mean, low, high = (scale.number(each, self.standard_deviation) for each in numbers)
+        return mean, low, high, scale.name
 
     def _scale(self) -> ReadableUnit:
         return readable(self.unit, self.field, abs(self.mean))

@@ -12,11 +12,12 @@ from ..._types import InputError
 from ...criticism.findings.findings import ABOUT
 from ...io import netcdf
 from ._ledger_file import completed
+from ._svg import checked_svg
 
 FINDINGS = "findings.nc"
 """File of the arrays that figures are drawn from."""
 
-LEDGER, RUNS = "ledger.json", "run.json"
+LEDGER, EXPLANATION, RUNS = "ledger.json", "explanation.json", "run.json"
 
 STATES = "states.json"
 
@@ -38,6 +39,8 @@ class Saved(NamedTuple):
         The ledger, as in its file; empty where there is none.
     runs
         What the runs in the folder were given, by command, as `run.json` says.
+    effects
+        Entries of claimed effects, as in the file of `improve`, or else of `explain`.
     """
 
     folder: Path
@@ -45,6 +48,18 @@ class Saved(NamedTuple):
     findings: xr.DataTree
     ledger: dict[str, Any]
     runs: dict[str, Any]
+    effects: tuple[dict[str, Any], ...] = ()
+
+    def drawing(self, name: str) -> str | None:
+        """Return a drawing of the folder by the name of its file; None where there is none.
+
+        Raises
+        ------
+        InputError
+            If it holds more than a drawing.
+        """
+        path = self.folder / name
+        return checked_svg(path.read_text(encoding="utf-8")) if path.is_file() else None
 
     def table(self, name: str) -> pd.DataFrame | None:
         """Return a table of the folder by the name of its file; None where there is none."""
@@ -91,7 +106,9 @@ def saved(folder: str | Path) -> Saved:
     arrays = netcdf.read(path) if path.is_file() else xr.DataTree()
     about = json.loads(arrays.attrs.get(ABOUT, "{}"))
     top = place.parent if place.name.startswith("state_") else place
-    return Saved(place, about, arrays, _ledger(place / LEDGER), runs(top))
+    ledger = _ledger(place / LEDGER)
+    effects = (ledger or _json(place / EXPLANATION)).get("effects") or ()
+    return Saved(place, about, arrays, ledger, runs(top), tuple(effects))
 
 
 def _ledger(path: Path) -> dict[str, Any]:

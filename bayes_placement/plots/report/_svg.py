@@ -53,6 +53,11 @@ def svg_of(figure: Figure) -> str:
     return ElementTree.tostring(root, encoding="unicode")
 
 
+def as_file(svg: str) -> str:
+    """Return a drawing as a file of its own, which names the language that it is in."""
+    return svg.replace("<svg", '<svg xmlns="http://www.w3.org/2000/svg"', 1)
+
+
 def checked_svg(text: str) -> str:
     """Return the SVG without what a drawing does not need, or refuse it.
 

@@ -19,12 +19,14 @@ from .content import Content, Drawing, Item, Table, Text, tags_of
 FORMAT = "bayes_placement report 1"
 """Name of the schema of the JSON file, `schema.json` beside this file."""
 
-VERDICT, COMMENTS, ERROR, RESPONSES = "Verdict", "Comments", "Error", "Measured and model"
+VERDICT, COMMENTS, LAWS = "Verdict", "Comments", "Where it acts, and its law"
+ERROR, RESPONSES = "Error", "Measured and model"
 SUSPICION, NEXT, UNKNOWNS = "Suspicion", "Where to measure next", "Priors and posteriors"
 PLACES, SHAPES, WARNINGS, SETTINGS = "Positions", "Mode shapes", "Warnings", "Settings"
 SECTIONS = (
     VERDICT,
     COMMENTS,
+    LAWS,
     ERROR,
     RESPONSES,
     SUSPICION,

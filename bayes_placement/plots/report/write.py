@@ -10,6 +10,7 @@ from ._style import look
 from .report import Chapter, Report, json_of
 from .sections import (
     error,
+    laws,
     mode_shapes,
     modes,
     next_measurement,
@@ -26,6 +27,7 @@ PAGE = "report.html"
 
 _SECTIONS = (
     verdict.items,
+    laws.items,
     error.items,
     responses.items,
     modes.items,
