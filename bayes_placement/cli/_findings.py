@@ -23,6 +23,12 @@ FINDINGS = "findings.nc"
 BEST_DRAW = "best draw of the posterior"
 """Name of the model of an inference."""
 
+HOW_NEXT = (
+    "Where to measure next, so that these are told apart: bayes-placement place MODEL --estimator "
+    "separation, or --report."
+)
+"""What is said where no place was searched for."""
+
 DATA = "data"
 """What warns of the faults of a measurement."""
 
@@ -61,6 +67,22 @@ def of_result(
         about["next"] = next_measurement(experiment, measurement, result.alternatives)
     draws = draws_of_result(result)
     return findings(models, draws, measurement, about, result.alternatives)
+
+
+def where_next(kept: xr.DataTree, result: Ledger | Ranking) -> list[str]:
+    """Say where to measure next, or how that is found, where explanations are not told apart.
+
+    Parameters
+    ----------
+    kept
+        What `of_result` returned.
+    result
+        What `improve` or `explain` returned.
+    """
+    if not result.confounded or len(result.alternatives) < 2:
+        return []
+    search = json.loads(kept.attrs[ABOUT]).get("next")
+    return [HOW_NEXT if search is None else str(search["sentence"])]
 
 
 def of_posterior(

@@ -1,5 +1,7 @@
 """Where something missing may act: sentences, tables and figures of `explain` and `improve`."""
 
+from collections.abc import Sequence
+
 from ..criticism.missing._claims_in_words import claims_in_words
 from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.ranking import Ranking
@@ -14,7 +16,13 @@ from ._run import Run
 HEADING = "What a single law at one place could do:"
 
 
-def lines_on_laws(result: Ledger | Ranking) -> list[str]:
+def in_full(result: Ledger | Ranking, further: Sequence[str]) -> str:
+    """Text of a file: the result, further sentences, and what acts where by which law."""
+    lines = [str(result), *(f"- {sentence}" for sentence in further), *_lines_on_laws(result)]
+    return "\n".join(lines)
+
+
+def _lines_on_laws(result: Ledger | Ranking) -> list[str]:
     """Lines of a text file: where each claimed effect acts and its law, and what laws could do."""
     claimed = claims_in_words(result.effects)
     reached = [] if result.reach is None else result.reach.words()

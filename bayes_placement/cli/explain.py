@@ -3,10 +3,10 @@
 from ..criticism.missing.explain import explain
 from ..criticism.missing.ranking import Ranking
 from ..plots import ledger as plots
-from ._findings import FINDINGS, of_result
+from ._findings import FINDINGS, of_result, where_next
 from ._inputs import Inputs
 from ._missing_effects import Request
-from ._reach import lines_on_laws, show_reach, write_reach
+from ._reach import in_full, show_reach, write_reach
 from ._run import Run
 
 
@@ -19,15 +19,19 @@ def run(request: Request) -> int:
     show_reach(ranking.reach, inputs)
     inputs.screen.table(ranking.table(), "effect")
     inputs.screen.list(further)
-    _write(ranking, inputs, inputs.run)
+    inputs.screen.list(_write(ranking, inputs, inputs.run))
     return inputs.run.finish(inputs.screen, verdict, ranking.to_json())
 
 
-def _write(ranking: Ranking, inputs: Inputs, run: Run) -> None:
-    table = ranking.table()
+def _write(ranking: Ranking, inputs: Inputs, run: Run) -> list[str]:
+    """Write what was found, and return where to measure next in words."""
     run.json("explanation.json", ranking.to_json())
+    measured = inputs.measurement, inputs.data_faults
+    kept = of_result(ranking, inputs.experiment, *measured, with_next=run.with_report)
+    following = where_next(kept, ranking)
+    table = ranking.table()
     run.table("explanation.csv", table)
-    run.text("explanation.txt", "\n".join([str(ranking), *lines_on_laws(ranking)]))
+    run.text("explanation.txt", in_full(ranking, following))
     run.table("suspicion.csv", ranking.suspicion, index=False)
     write_reach(ranking, inputs, run)
     figures = {
@@ -35,6 +39,5 @@ def _write(ranking: Ranking, inputs: Inputs, run: Run) -> None:
         "probabilities.png": plots.probabilities(ranking),
     }
     run.figures(figures)
-    measured = inputs.measurement, inputs.data_faults
-    kept = of_result(ranking, inputs.experiment, *measured, with_next=run.with_report)
     run.tree(FINDINGS, kept)
+    return following

@@ -13,10 +13,10 @@ from ..experiment.experiment import Experiment, Measurements
 from ..inference.engines import MAP
 from ..plots import ledger as plots
 from ..plots import modes as mode_plots
-from ._findings import FINDINGS, of_models, of_result
+from ._findings import FINDINGS, of_models, of_result, where_next
 from ._inputs import Inputs, infer_posterior, named_method
 from ._missing_effects import Request
-from ._reach import lines_on_laws, show_reach, write_reach
+from ._reach import in_full, show_reach, write_reach
 from ._run import Run, numbered
 from ._save import CompletedModel
 
@@ -45,7 +45,7 @@ def _run_one(request: Request, inputs: Inputs) -> int:
     screen.table(ledger.table(), "added")
     show_reach(ledger.reach, inputs)
     screen.list(further)
-    _write(ledger, inputs, inputs.run)
+    screen.list(_write(ledger, inputs, inputs.run))
     if request.save is not None:
         _save(request.save, ledger, inputs)
     folder = inputs.run.folder
@@ -95,9 +95,13 @@ def _improve_states(
     return improve(experiment, states, **settings)
 
 
-def _write(ledger: Ledger, inputs: Inputs, run: Run) -> None:
+def _write(ledger: Ledger, inputs: Inputs, run: Run) -> list[str]:
+    """Write what was found, and return where to measure next in words."""
     run.json("ledger.json", ledger.to_json())
-    run.text("ledger.txt", "\n".join([str(ledger), *lines_on_laws(ledger)]))
+    measured = inputs.measurement, inputs.data_faults
+    kept = of_result(ledger, inputs.experiment, *measured, with_next=run.with_report)
+    following = where_next(kept, ledger)
+    run.text("ledger.txt", in_full(ledger, following))
     run.table("compared.csv", ledger.compared, index=False)
     run.table("suspicion.csv", ledger.suspicion, index=False)
     write_reach(ledger, inputs, run)
@@ -107,10 +111,9 @@ def _write(ledger: Ledger, inputs: Inputs, run: Run) -> None:
         "probabilities.png": plots.probabilities(ledger),
     }
     run.figures(figures)
-    measured = inputs.measurement, inputs.data_faults
-    kept = of_result(ledger, inputs.experiment, *measured, with_next=run.with_report)
     run.figures(_before_and_after(kept))
     run.tree(FINDINGS, kept)
+    return following
 
 
 def _before_and_after(kept: xr.DataTree) -> dict[str, Figure]:

@@ -1,12 +1,17 @@
 """Where a report says to measure next: by `Separation`, in bounded time, or why not."""
 
+import json
+import types
+
 import numpy as np
 import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
 from bayes_placement.cli import _next_measurement
+from bayes_placement.cli._findings import HOW_NEXT, where_next
 from bayes_placement.cli._next_measurement import next_measurement
+from bayes_placement.criticism.findings import ABOUT
 from bayes_placement.inference.alternative_explanation import Alternative
 
 DRAWS = 200
@@ -78,6 +83,45 @@ def test_one_explanation_leaves_nothing_to_decide(alternatives):
     following = next_measurement(experiment(), experiment().nominal_measurement(), alternatives[:1])
     assert following["sentence"].startswith("Of the explanations tried one is left")
     assert following["rows"] == []
+
+
+@pytest.mark.parametrize(
+    ("confounded", "count", "search", "said"),
+    [
+        ([("left", "right")], 2, {"sentence": "With s1 at 0.2 m."}, ["With s1 at 0.2 m."]),
+        ([("left", "right")], 2, None, [HOW_NEXT]),
+        ([], 2, {"sentence": "With s1 at 0.2 m."}, []),
+        ([("left", "right")], 1, None, []),
+    ],
+)
+def test_what_is_not_told_apart_ends_with_where_to_measure_next(confounded, count, search, said):
+    about = {} if search is None else {"next": search}
+    kept = types.SimpleNamespace(attrs={ABOUT: json.dumps(about)})
+    result = types.SimpleNamespace(confounded=confounded, alternatives=range(count))
+    assert where_next(kept, result) == said
+
+
+def test_networks_are_told_apart_as_effects_of_the_library_are():
+    of = experiment()
+    spring = bp.effects.Spring(3e4)
+    laws = {"solid": spring | (bp.effects.Dashpot(40.0) - spring), "spring": spring}
+    random = np.random.default_rng(2)
+    rivals = [
+        Alternative(
+            name,
+            1.0,
+            of + bp.effects.attached(dist.Uniform(0.3, 0.32), law),
+            {
+                "structure.effects.attached.at": random.uniform(0.3, 0.32, DRAWS),
+                "structure.damping.ratio": random.uniform(0.03, 0.04, DRAWS),
+                "sensor.s1.position": random.uniform(0.23, 0.25, DRAWS),
+            },
+        )
+        for name, law in laws.items()
+    ]
+    following = next_measurement(of, of.nominal_measurement(), rivals)
+    assert "tells solid and spring apart best" in following["sentence"]
+    assert following["rows"][0][1] > 5 * following["rows"][0][2]
 
 
 def test_why_no_place_was_searched_for_is_said(alternatives):

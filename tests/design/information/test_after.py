@@ -1,10 +1,11 @@
 """What a further measurement tells: sharper parameters, and which explanation is right."""
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import numpyro.distributions as dist
 import pytest
-from scipy.stats import multivariate_normal
+from scipy.stats import multivariate_normal, norm
 
 import bayes_placement as bp
 from bayes_placement import information
@@ -127,6 +128,72 @@ def test_a_structure_of_its_own_predicts_by_itself():
     gain = bp.information_map(base, {"s1": [0.06, 0.35]}, estimator=estimator)
     assert np.all(gain["information_gain"] < np.log(2) + 1e-9)
     assert float(gain["information_gain"].max()) > 0.3
+
+
+SPRING, DASHPOT = bp.effects.Spring(2e4), bp.effects.Dashpot(30.0)
+LINEAR_SOLID = SPRING | (DASHPOT - bp.effects.Spring(4e4))
+NETWORKS = {
+    "another law": ((0.31, LINEAR_SOLID), (0.31, bp.effects.LossySpring(3e4, 0.3))),
+    "another place": ((0.3, LINEAR_SOLID), (0.5, LINEAR_SOLID)),
+}
+PLACES = [0.12, 0.42, 0.7, 0.88]
+
+
+def at_one_line(noise=1.0, sensor=0.12, actuator=0.2):
+    modes = bp.beams.bar(12, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0)
+    return bp.Experiment(
+        bp.Structure(modes, damping=bp.damping.Modal(0.04)),
+        sensors=[bp.Sensor("s1", at=sensor)],
+        actuators=[bp.Actuator("a1", at=actuator)],
+        frequency=[180.0],
+        observe=bp.observe.Complex("velocity"),
+        noise=bp.noise.Gaussian(noise),
+    )
+
+
+def about(place, law):
+    """A network of which the place is known to some micrometres, and its draws."""
+    network = bp.effects.attached(dist.Uniform(place - 1e-5, place + 1e-5), law, name="network")
+    random = np.random.default_rng(0)
+    draws = {"structure.effects.network.at": random.uniform(place - 1e-5, place + 1e-5, 100)}
+    return information.Alternative(repr(law), 1.0, at_one_line() + network, draws)
+
+
+def receptance(here, there):
+    bare = at_one_line(sensor=here, actuator=there).nominal()
+    return complex(np.asarray(bare.receptance()).item())
+
+
+def mobility_at(place, law, sensor):
+    """Mobility of the bar with a network, from its receptances without: one port closed by hand."""
+    omega = 2 * np.pi * 180.0
+    z = complex(law.dynamic_stiffness(jnp.array([omega]))[0])
+    through = receptance(sensor, place) * receptance(place, 0.2)
+    return 1j * omega * (receptance(sensor, 0.2) - through * z / (1 + z * receptance(place, place)))
+
+
+def information_of_two(distance):
+    """Mutual information [nat] of data and which of two unit normal distributions is right."""
+    x = np.linspace(-12.0, 12.0 + distance, 20001)
+    one, other = norm.pdf(x), norm.pdf(x - distance)
+    mixture = 0.5 * (one + other)
+    terms = (density * np.log(density / mixture) for density in (one, other))
+    return 0.5 * sum(np.trapezoid(term, x) for term in terms)
+
+
+@pytest.mark.parametrize("rivals", NETWORKS)
+def test_networks_are_told_apart_as_two_normal_distributions_are(rivals):
+    one, other = NETWORKS[rivals]
+    apart = np.array([abs(mobility_at(*one, at) - mobility_at(*other, at)) for at in PLACES])
+    noise = apart.max() / 2.0
+    expected = [information_of_two(distance) for distance in apart / noise]
+    estimator = information.Separation([about(*one), about(*other)], draws=64, data_draws=256)
+    best = bp.place(at_one_line(noise), {"s1": PLACES}, estimator=estimator)
+    table = best.table.set_index("s1").loc[PLACES]
+    gains, errors = table["information_gain"].to_numpy(), table["information_gain_se"].to_numpy()
+    assert np.all(np.abs(gains - expected) < 4 * errors + 0.01)
+    assert best.positions["s1"] == PLACES[int(np.argmax(expected))]
+    assert np.all(gains < (apart / noise) ** 2 / 4 + 5 * errors)  # mean of both divergences, shared
 
 
 def test_what_stays_mounted_is_known_by_the_measurement():
