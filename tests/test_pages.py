@@ -20,7 +20,11 @@ HOW_TO = {
     "my_fe_model": ("compliant_support", "left end"),
     "hierarchical_model": ("scatter: ", "bar 3/youngs_modulus: 1.0"),
     "effect_of_my_own": ("rubber_pad",),
-    "unlisted": ("displacement at 280 mm: dashpot - spring removes 100%", "pad times 1.0"),
+    "unlisted": (
+        "displacement at 280 mm: dashpot - spring removes 100%",
+        "pad times 1.0",
+        "placements: s3 at 0.1 m",
+    ),
     "cluster": ("best: s1 at 0.",),
 }
 """What each page prints, among other things."""
