@@ -84,7 +84,8 @@ def _written(law: Law, known: list[Numbered]) -> list[Owned]:
     """Numbers of a law with their intervals, as they stand below its elements."""
     rest = iter(known)
     return [
-        (owner, [_with_interval(each, next(rest)) for each in held]) for owner, held in numbers(law)
+        (owner, [_with_interval(number, next(rest)) for number in of_owner])
+        for owner, of_owner in numbers(law)
     ]
 
 
