@@ -11,6 +11,7 @@ import pandas as pd
 from .._types import PackageError
 from ..design import information
 from ..design.information.estimator import Estimator
+from ..design.maps import SIGNIFICANT
 from ..design.place import place, position_columns
 from ..design.planned import planned
 from ..experiment.experiment import Experiment, Measurements
@@ -99,12 +100,19 @@ def _in_words(
     shares = np.array([alternative.probability for alternative in alternatives])
     shares /= shares.sum()
     entropy = float(-(shares * np.log(shares)).sum())
-    gain = f"{best['information_gain']:.2g} ± {best['information_gain_se']:.1g} nat"
+    gain, error = best["information_gain"], best["information_gain_se"]
     names = " and ".join(alternative.name for alternative in alternatives[:2])
+    learnt = f"{gain:.2g} ± {error:.1g} nat of the {entropy:.2g} nat that decide"
+    found = (
+        f"With {sensor.name} at {where} m, and all else where it is, one more measurement tells "
+        f"{names} apart best: {learnt}."
+        if gain > SIGNIFICANT * error
+        else f"Wherever {sensor.name} is, one more measurement does not tell {names} apart: at "
+        f"most {learnt}. Other lines or less noise may."
+    )
     shown = table[[*axes, "information_gain", "information_gain_se"]]
     return {
-        "sentence": f"With {sensor.name} at {where} m, and all else where it is, one more "
-        f"measurement tells {names} apart best: {gain} of the {entropy:.2g} nat that decide.",
+        "sentence": found,
         "columns": [*(f"{axis} [m]" for axis in axes), "expected gain [nat]", "its error [nat]"],
         "rows": shown.to_numpy(float).tolist(),
         "caption": f"Expected gain of one more measurement with {sensor.name} moved; its tolerance "

@@ -1,5 +1,6 @@
 """Where a report says to measure next: by `Separation`, in bounded time, or why not."""
 
+import dataclasses
 import json
 import types
 
@@ -122,6 +123,13 @@ def test_networks_are_told_apart_as_effects_of_the_library_are():
     following = next_measurement(of, of.nominal_measurement(), rivals)
     assert "tells solid and spring apart best" in following["sentence"]
     assert following["rows"][0][1] > 5 * following["rows"][0][2]
+
+
+def test_what_no_place_tells_apart_is_said(alternatives):
+    twice = [alternatives[0], dataclasses.replace(alternatives[0], name="again")]
+    following = next_measurement(experiment(), experiment().nominal_measurement(), twice)
+    assert following["sentence"].startswith("Wherever s1 is, one more measurement does not tell ")
+    assert " left and again apart: at most " in following["sentence"]
 
 
 def test_why_no_place_was_searched_for_is_said(alternatives):
