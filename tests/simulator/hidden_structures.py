@@ -278,10 +278,11 @@ def record(
     generator: np.random.Generator,
     averages: int = 16,
     force_level: float | None = None,
+    relative: float = 0.01,
 ) -> Record:
     """Add circular complex noise, and the coherence g2 that tells its size with the measured H."""
     real, imaginary = generator.standard_normal((2, *exact.shape)) / np.sqrt(2)
-    error = deviation(exact)
+    error = deviation(exact, relative)
     frf = exact + error * (real + 1j * imaginary)
     coherence = 1 / (1 + averages * error**2 / np.abs(frf) ** 2)
     return Record(frequency, frf, coherence, averages, force_level)
