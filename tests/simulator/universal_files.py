@@ -10,8 +10,6 @@ import numpy as np
 
 from tests.simulator.hidden_structures import Instrument, Record
 
-BLANK = "         0    0    0    0 {0:<20} {1:<20}"
-FREQUENCY = "        18    0    0    0 {0:<20} {1:<20}".format("Frequency", "Hz")
 UNITS = (
     "         1                  SI         1",
     "   1.0000000000000000D+00   1.0000000000000000D+00   1.0000000000000000D+00",
@@ -51,7 +49,7 @@ def positions(nodes: dict[str, int], instruments: Sequence[Instrument]) -> list[
 
 
 def function(kind: int, title: str, values: np.ndarray, record: Record, ends) -> list[str]:
-    """Lines of dataset 58: FRFs of kind 4, coherence of kind 6, with the frequency of each value."""
+    """Lines of dataset 58: FRFs are kind 4, coherence is kind 6; each value has its frequency."""
     names = " / ".join(f"{one.name}{one.direction:+d}" for _, one in ends)
     (read, sensor), (driven, actuator) = ends
     is_frf = kind == 4
@@ -64,16 +62,16 @@ def function(kind: int, title: str, values: np.ndarray, record: Record, ends) ->
         f"{kind:5d}{1:10d}{0:5d}{0:10d} {'NONE':<10}{read:10d}{sensor.direction:4d}"
         f" {'NONE':<10}{driven:10d}{actuator.direction:4d}",
         f"{6 if is_frf else 4:10d}{values.size:10d}{0:10d}" + 3 * f"{0.0:13.5e}",
-        FREQUENCY,
-        "        12    0    0    0 {0:<20} {1:<20}".format("Acceleration", "m/s^2")
-        if is_frf
-        else BLANK.format("Coherence", "NONE"),
-        "        13    0    0    0 {0:<20} {1:<20}".format("Excitation force", "N")
-        if is_frf
-        else BLANK.format("NONE", "NONE"),
-        BLANK.format("NONE", "NONE"),
+        axis(18, "Frequency", "Hz"),
+        axis(12, "Acceleration", "m/s^2") if is_frf else axis(0, "Coherence"),
+        axis(13, "Excitation force", "N") if is_frf else axis(0),
+        axis(0),
         *table(record.frequency, values, is_frf),
     ]
+
+
+def axis(kind: int, label: str = "NONE", unit: str = "NONE") -> str:
+    return f"{kind:10d}    0    0    0 {label:<20} {unit:<20}"
 
 
 def table(frequency: np.ndarray, values: np.ndarray, is_frf: bool) -> Iterator[str]:

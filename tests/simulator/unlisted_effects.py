@@ -73,9 +73,10 @@ def system_of(scene: Scene, hidden: Sequence[Hidden], elements: int):
     cuts = tuple(
         Cut(effect.places[0], effect.values[0]) for effect in hidden if effect.kind == "cut"
     )
-    kinked = {"displacement", "relative"} if true.kind == "bar" else set()
+    # A bar has a kink where a force acts, a beam where a moment does.
+    kinked = {"displacement", "relative"} if true.kind == "bar" else {"rotation", "body"}
     nodes = [p for effect in hidden if effect.kind in {"region", *kinked} for p in effect.places]
-    if true.kind == "bar":  # a kink where it is loaded; a beam is smooth there
+    if true.kind == "bar":
         nodes += [actuator.true for actuator in scene.actuators]
         nodes += [place for place, _ in true.masses]
     return true, line_plant(true, cuts, tuple(nodes), elements)
