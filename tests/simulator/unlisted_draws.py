@@ -21,7 +21,7 @@ MISFIT = (2.0, 500.0)
 EFFECTS = (1, 2, 1, 0, 1)
 """Numbers of effects, which take turns with the seed: a fifth two, a fifth none."""
 
-STRENGTHS = (1e-8, 1e5)
+WEAKEST = 1e-8
 CLOSE = 0.15
 """Greatest difference of the logarithm of the excess of chi2 from the one asked for."""
 
@@ -126,18 +126,15 @@ def strengthened(scene: Scene, made: Hidden, target: float) -> float | None:
         return float(np.log(max(scene.best_fit(exact).chi2 - 1, 1e-6) / (target - 1)))
 
     low = begun(scene, made, target)
-    while low is not None and low < STRENGTHS[1] and excess(2 * low) < 0:
-        low *= 2
-        if not made.of_strength(low).is_possible:
-            return None
-    if low is None or low >= STRENGTHS[1]:
-        return None
-    high = 2 * low
-    while high / low > 1.02:
+    while low is not None and excess(min(2 * low, made.most)) < 0:
+        low = 2 * low if 2 * low < made.most else None
+    high = 2 * (low or 0.0)
+    while low is not None and high / low > 1.02:
         middle = float(np.sqrt(low * high))
-        low, high = (middle, high) if excess(middle) < 0 else (low, middle)
-        if abs(excess(middle)) < CLOSE:
-            return middle if made.of_strength(middle).is_possible else None
+        above = excess(middle)
+        if abs(above) < CLOSE and middle <= made.most:
+            return middle
+        low, high = (middle, high) if above < 0 else (low, middle)
     return None
 
 
@@ -150,7 +147,7 @@ def begun(scene: Scene, made: Hidden, target: float) -> float | None:
         square = np.mean(np.abs(exact - without) ** 2 / scene.error(exact) ** 2)
         return float(np.log(square / (target - 1)))
 
-    low, high = np.log(STRENGTHS)
+    low, high = np.log([WEAKEST, made.most])
     if not excess(low) < 0 < excess(high):
         return None
     return float(np.exp(scipy.optimize.bisect(excess, low, high, xtol=0.02)))

@@ -17,6 +17,9 @@ from tests.simulator.law_networks import ABSORBER, Tree, dynamic_stiffness, grou
 from tests.simulator.port_plants import Cut, PlateWithPorts, closed, flexibility, line_plant
 from tests.simulator.unlisted_scenes import FORMS, LINES, Scene
 
+STRONGEST = 1e5
+"""Greatest strength of what may be of any size."""
+
 BEAMS = ("cantilever", "freebeam")
 
 
@@ -36,11 +39,11 @@ class Hidden:
         return replace(self, values=tuple(grown))
 
     @property
-    def is_possible(self) -> bool:
-        """Whether its size is that of a thing: a length a few per cent off, a loss below 1."""
-        most = {"length": 0.05, "gain": 0.5, "layer": 1.0}
-        size = most.get(self.law) if isinstance(self.law, str) else None
-        return size is None or abs(self.values[0]) <= size
+    def most(self) -> float:
+        """Greatest strength of a thing: a length a few per cent off, a loss factor of 1."""
+        sizes = {"length": 0.05, "gain": 0.5, "layer": 1.0}
+        is_sized = isinstance(self.law, str) and self.law in sizes
+        return sizes[self.law] / abs(self.values[0]) if is_sized else STRONGEST
 
 
 def response(scene: Scene, hidden: Sequence[Hidden], elements: int = ELEMENTS) -> np.ndarray:
