@@ -124,6 +124,15 @@ def test_what_is_stored_is_decided_again_by_other_thresholds(stored):
     assert not unlisted_cases.decided_again(stored, bp.Policy(strong=1e5))["u000_bar"].names
 
 
+def test_two_of_one_kind_are_two_claims(stored):
+    ledger = json.loads((stored / "results" / "u000_bar" / "ledger.json").read_text())
+    pair = ("attached: spring",) * 2
+    ledger["table"] = TableOfFits([row((), -230.0), row(pair, -190.0)]).to_json()
+    ledger["effects"] = [claim(0.3), claim(0.5)]
+    claims = unlisted_cases.claims_of(ledger, bp.Policy())
+    assert [each["place_m"] for each in claims] == [[[0.3]], [[0.5]]]
+
+
 def test_a_case_that_has_a_ledger_is_not_asked_again(stored, capsys):
     unlisted_cases.main([str(stored), "--limit", "0.001"])
     printed = capsys.readouterr().out

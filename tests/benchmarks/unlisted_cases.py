@@ -146,17 +146,21 @@ def decided_again(out: Path, policy: bp.Policy) -> dict[str, Score]:
 
 
 def claims_of(ledger: Mapping[str, Any], policy: bp.Policy) -> list[Claim]:
-    """What a policy claims, with the places and laws that the ledger tells of these kinds."""
+    """What a policy claims, with the places and laws that the ledger tells of these kinds.
+
+    A claim is as probable as its kind, but not more than the least of all doubts allows.
+    """
     decision = bp.decide(ledger["table"], policy)
-    known = {
-        entry["kind"]: entry
-        for claim in ledger["effects"]
-        for entry in (*claim["equivalent"], claim)
-    }
-    return [
-        {"kind": kind, **known.get(kind, {}), "probability": decision.probabilities.get(kind)}
-        for kind in decision.kinds
-    ]
+    doubts = [doubt.probability for of in decision.doubts.values() for doubt in of]
+    told = [*ledger["effects"], *(e for claim in ledger["effects"] for e in claim["equivalent"])]
+    claims = []
+    for kind in decision.kinds:
+        entry = next((each for each in told if each["kind"] == kind), None)
+        # One of several of a kind is told once; what is claimed first has come first.
+        told = [each for each in told if each is not entry]
+        probability = min([decision.probabilities.get(kind, 0.0), *doubts])
+        claims.append({"kind": kind, **(entry or {}), "probability": probability})
+    return claims
 
 
 def arguments(words: Sequence[str] | None = None) -> argparse.Namespace:
