@@ -1,5 +1,6 @@
 """A law that is in no list is named by improve; nothing is named where nothing acts."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -12,10 +13,11 @@ from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.criticism.missing._networks import (
     LISTED,
     _is_one_of,
+    priors_of_networks,
     with_networks,
     with_other_laws,
 )
-from bayes_placement.criticism.missing._posterior_odds import p_value
+from bayes_placement.criticism.missing._posterior_odds import Comparison, p_value
 from bayes_placement.criticism.missing._search import single_effects
 from bayes_placement.criticism.reach._named_laws import NamedLaw, log_prior, simplest
 from bayes_placement.criticism.reach._ports import ATTACHED, Port
@@ -118,6 +120,20 @@ def test_a_network_that_is_a_simpler_one_is_not_told(tree, squares, is_told):
     law = named(port, tree, squares)
     others = [named(port, "p", 100.0), named(elsewhere, "k", 10.0)]
     assert (law in simplest([law, *others])) == is_told
+
+
+def test_a_network_of_another_search_has_its_prior_here():
+    """Without it, what was found in a state in between would cost nothing for its elements."""
+    setup = experiment()
+    null = null_hypothesis(setup, setup.data(measured()))
+    law = Mass(1.0) | Dashpot(2.0)
+    mount, listed = bp.effects.attached(0.1, law), bp.effects.point_mass(0.2, 0.1)
+    between = dataclasses.replace(null, effects=(mount, listed))
+    comparison = Comparison([null], {"point_mass": 1})
+    kind = "attached: dashpot | mass"
+    expected = {kind: log_prior(["|", "c", "m"], ATTACHED)}
+    assert priors_of_networks(between, comparison) == pytest.approx(expected)
+    assert not priors_of_networks(between, Comparison([null], {kind: 1}))
 
 
 def test_a_network_of_the_library_is_told_as_its_effect():
