@@ -28,7 +28,7 @@ from ._candidates import numbered
 from ._fitted_candidates import extended, without
 from ._hypotheses import Hypothesis, finite, takes_long
 from ._kept_fits import kept_with_sizes
-from ._posterior_odds import STRONG, Comparison, passes
+from ._posterior_odds import STRONG, Comparison, explains, passes
 from ._scanned_candidates import Pair, Tick
 
 FITTED = 4
@@ -51,7 +51,8 @@ def with_networks(
 ) -> Comparison:
     """Add the networks of the greatest odds at ports of a hypothesis, each fitted.
 
-    None where it passes its check, or where there is no complex FRF at which a law is read. Of two
+    None where it passes its check, or where there is no complex FRF at which a law is read; with a
+    model error, where laws take minutes, none where another hypothesis explains the data. Of two
     states networks act in the later one.
 
     Parameters
@@ -67,7 +68,8 @@ def with_networks(
         fit to both states these take up what is new.
     """
     reads_laws = tells_phase(base.problem) and can_be_reached(base.problem)
-    if passes(base, LEVEL) or not reads_laws:
+    is_told = base.has_errors and explains(comparison.best(), LEVEL)
+    if passes(base, LEVEL) or is_told or not reads_laws:
         return comparison
     known = before or base
     ports, found = reached_ports(known.problem, known.fit.point, tick)
