@@ -120,6 +120,7 @@ class _Steps(NamedTuple):
     unit: str = ""
     within: Range | None = None
     stands_for: str | None = None
+    turns: bool = False
 
     def step(self, node: Any, key: Any) -> "_Steps":
         """Take one more step, from a node of the tree by a key."""
@@ -127,16 +128,26 @@ class _Steps(NamedTuple):
         word = _word(key)
         if self.awaits_name and isinstance(key, DictKey):
             return self._replace(owner=Owner(self.owner.kind, word), awaits_name=False)
-        unit = stated_unit(metadata, node, self.unit)
+        turns = self.turns or bool(TURNS in metadata and metadata[TURNS](node))
+        stated = stated_unit(metadata, node, self.unit)
+        unit = OF_ROTATION.get(stated, stated) if turns else stated
         within = metadata.get("within") if "unit" in metadata else self.within
         if "role" in metadata:
             return _Steps(Owner(word), awaits_name=True, role=metadata["role"], unit=unit)
         role = metadata.get("role_of_field", self.role)
         path = (*self.path, word)
-        known = self._replace(path=path, awaits_name=False, role=role, unit=unit, within=within)
+        known = self._replace(
+            path=path, awaits_name=False, role=role, unit=unit, within=within, turns=turns
+        )
         field = metadata.get(STANDS_FOR)
         return known._replace(stands_for=getattr(node, field)) if field else known
 
+
+TURNS = "turns"
+"""Metadata of a field: whether an object's laws in it act on a rotation, a function of it."""
+
+OF_ROTATION = {"N/m": "N m/rad", "N s/m": "N m s/rad", "kg": "kg m2"}
+"""Units of what acts on a rotation, by those of what acts on a displacement."""
 
 STANDS_FOR = "stands for"
 """Metadata of a field that takes the place of another leaf: the field that holds its name."""

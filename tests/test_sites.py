@@ -9,6 +9,7 @@ import numpyro.distributions as dist
 import pytest
 from numpyro import handlers
 
+import bayes_placement as bp
 from bayes_placement import _sites
 from bayes_placement.positions.channel import checked_name
 
@@ -29,6 +30,10 @@ def tree():
     first = Leaf(mass=dist.Uniform(1.0, 2.0), share=(0.1, dist.Normal(0.0, 1.0)), label="a")
     second = Leaf(mass=3.0, share=(dist.HalfNormal(2.0),), label="b")
     return Tree(part=OrderedDict(s10=first, s2=second), plain=dist.LogNormal(0.0, 1.0))
+
+
+NUMBER = dist.LogUniform(1.0, 1e3)
+LAW = bp.effects.Spring(NUMBER) | bp.effects.Dashpot(NUMBER) | bp.effects.Mass(NUMBER)
 
 
 def test_names_are_paths_that_count_from_one():
@@ -143,3 +148,17 @@ def test_trees_with_fixed_fields_that_cannot_be_compared_have_their_unknowns():
     for _ in range(2):
         (unknown,) = _sites.unknowns(Marked(dist.Normal(), Incomparable()))
         assert (unknown.name, unknown.unit) == ("mass", "kg")
+
+
+@pytest.mark.parametrize(
+    ("effect", "units"),
+    [
+        (bp.effects.attached(0.3, LAW), ["N/m", "N s/m", "kg"]),
+        (bp.effects.attached(0.3, LAW, motion="rotation"), ["N m/rad", "N m s/rad", "kg m2"]),
+        (bp.effects.inserted(0.3, LAW), ["N m/rad", "N m s/rad", "kg m2"]),
+        (bp.effects.inserted(0.3, LAW, motion="displacement"), ["N/m", "N s/m", "kg"]),
+    ],
+    ids=["displacement", "rotation", "hinge", "sleeve"],
+)
+def test_numbers_of_a_law_on_a_rotation_have_its_units(effect, units):
+    assert [unknown.unit for unknown in _sites.unknowns({"effects": effect})] == units

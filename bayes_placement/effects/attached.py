@@ -2,6 +2,7 @@
 
 import equinox as eqx
 
+from .._sites import TURNS
 from ..modes.ports import MOTIONS, rotation
 from .effect import Direction, NetworkAttachment, Place
 from .on_rotation import Footprint, check_rotation
@@ -37,7 +38,7 @@ class Attached(NetworkAttachment):
     tried_by_default = False
     absent = ("strength", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
-    law: Law
+    law: Law = eqx.field(metadata={TURNS: lambda effect: effect.motion == "rotation"})
     strength: Parameter = eqx.field(metadata=unit("1"), default=1.0)
     motion: str = eqx.field(static=True, default="displacement", kw_only=True)
     footprint: Footprint = eqx.field(default=None, kw_only=True)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import equinox as eqx
 
+from .._sites import TURNS
 from ..modes.ports import MOTIONS, cut
 from ..modes.underlying import required_line
 from .effect import AtPlace, Omega, OnPorts, Place, Stiffness, placed
@@ -42,7 +43,7 @@ class Inserted(AtPlace, OnPorts):
     absent = ("strength", 0.0)
     acts_on = "cut"
     at: Place = eqx.field(metadata=unit("m"))
-    law: Law
+    law: Law = eqx.field(metadata={TURNS: lambda effect: effect.motion == "rotation"})
     strength: Parameter = eqx.field(metadata=unit("1"), default=1.0)
     motion: str = eqx.field(static=True, default="rotation", kw_only=True)
     name: str = eqx.field(static=True, default="inserted", kw_only=True)
