@@ -1,5 +1,6 @@
 """Where claimed effects act and their laws, in the report of a run."""
 
+import inspect
 import json
 import re
 import types
@@ -85,7 +86,7 @@ def test_the_page_shows_reach_and_law_in_letters_that_can_be_read(tmp_path):
         figures=kept.update,
     )
     result = types.SimpleNamespace(reach=reach, port=None)
-    write_reach(result, types.SimpleNamespace(experiment=setup), run)
+    inspect.unwrap(write_reach)(result, types.SimpleNamespace(experiment=setup), run)
     assert set(kept) == {"reach.png", "law.png"}
     claimed = entry(equivalent=[STRUT])
     step = {"added": None, "chi2_per_datum": 1.0}
