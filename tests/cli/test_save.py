@@ -5,6 +5,7 @@ import inspect
 import runpy
 import types
 
+import jax.numpy as jnp
 import numpy as np
 import numpyro.distributions as dist
 import pytest
@@ -152,10 +153,10 @@ def test_a_completed_model_with_a_network_fits_as_the_search_said(tmp_path):
 def chi2(experiment, measurement, values):
     """Squared residuals for each datum where the unknowns have these values, and predictions."""
     data = experiment.data(measurement)
-    predicted = np.asarray(compiled(bp.Experiment.predict)(experiment.fix(values)))
+    predicted = jnp.asarray(compiled(bp.Experiment.predict)(experiment.fix(values)))
     expected = experiment.noise.distribution(predicted, data)
     scores = (np.asarray(data.z) - predicted) / np.sqrt(np.asarray(expected.variance))
-    return float(np.mean(np.abs(scores) ** 2)), predicted
+    return float(np.mean(np.abs(scores) ** 2)), np.asarray(predicted)
 
 
 @pytest.mark.parametrize("name", ["study.py", "completed.txt"])
