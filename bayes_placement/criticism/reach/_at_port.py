@@ -142,7 +142,7 @@ def _starts(start: Point, free: Free, places: Any) -> Points:
     return np.concatenate([fitted, medians])
 
 
-def _with_free_law(starts: Points, free: Free, places: int) -> tuple[Points, Any]:
+def _with_free_law(starts: Any, free: Free, places: int) -> tuple[Points, Any]:
     """All else fitted at each place, from all starts there."""
     ends, normal = minimise(AnyLaw(free), starts, steps=12)
     costs = np.nan_to_num(normal.cost, nan=np.inf).reshape(-1, places)

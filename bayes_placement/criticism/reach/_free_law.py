@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Complex, Float, Inexact
 
 from ...inference.engines.least_squares import STEP, NormalEquations
 from ...inference.residuals import Problem
@@ -21,10 +21,10 @@ Points = Float[np.ndarray, "point unknown"]
 Lines = Complex[np.ndarray, "point frequency"]
 """A complex number at each line."""
 
-Channels = Complex[np.ndarray, "point channel frequency"]
-"""A complex number at each line of each channel."""
+Channels = Inexact[np.ndarray, "point channel frequency"]
+"""A complex number at each line of each channel; of amplitudes a real one."""
 
-Along = Complex[np.ndarray, "point direction channel frequency"]
+Along = Inexact[np.ndarray, "point direction channel frequency"]
 """Slopes of complex residuals."""
 
 SOFT = 1e-2

@@ -41,7 +41,7 @@ def laws_at_places(objective: LawsAsked, which: Any, places: int, starts: int) -
     return ends.reshape(points.shape), normal.cost.reshape(shape), evidence.reshape(shape)
 
 
-def _starts(objective: LawsAsked, which: Any, place: int, starts: int, measured: Points) -> Points:
+def _starts(objective: LawsAsked, which: Any, place: int, starts: int, measured: Any) -> Points:
     """The best of the draws, and of the rows that follow from the law as measured."""
     costs = objective.costs_of_draws(which, DRAWS, place)
     rows = np.zeros((*costs.shape, OF_ROW))
@@ -61,7 +61,7 @@ def best_starts(rows: Any, costs: Any, starts: int) -> Points:
     return chosen
 
 
-def _costs(objective: LawsAsked, rows: Points) -> Any:
+def _costs(objective: LawsAsked, rows: Any) -> Any:
     known = np.isfinite(rows).all(axis=1)
     cost = np.full(len(rows), np.inf)
     cost[known] = np.nan_to_num(objective.cost(rows[known]), nan=np.inf)
