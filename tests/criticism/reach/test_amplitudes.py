@@ -28,6 +28,7 @@ def reached():
     return bp.reach(of_amplitudes(), measured(maxwell))
 
 
+@pytest.mark.long
 def test_the_place_and_the_law_come_out():
     best = reached().laws.iloc[0]
     assert (best["acts_on"], best["law"].tree()) == ("displacement", ["-", "c", "k"])
@@ -40,6 +41,7 @@ def test_the_place_and_the_law_come_out():
     assert along["x"][along["few_numbers"].idxmax()] == pytest.approx(AT, abs=0.02)
 
 
+@pytest.mark.long
 def test_what_amplitudes_do_not_tell_is_said():
     *kinds, last = reached().words()
     assert last.startswith("From amplitudes only laws of few numbers are tried")
@@ -49,6 +51,7 @@ def test_what_amplitudes_do_not_tell_is_said():
         reached().law_as_measured()
 
 
+@pytest.mark.long
 def test_curves_are_drawn_without_channels():
     figure = bp.plots.reach.curves(reached(), experiment=of_amplitudes())
     titles = [axes.get_title() for axes in figure.axes]

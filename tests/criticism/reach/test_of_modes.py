@@ -31,6 +31,7 @@ def reached():
     return bp.reach(bar(modes), modes)
 
 
+@pytest.mark.long
 def test_a_mass_is_found_at_its_place():
     found = reached()
     best = found.laws.iloc[0]
@@ -43,6 +44,7 @@ def test_a_mass_is_found_at_its_place():
     assert along["x"][along["few_numbers"].idxmax()] == pytest.approx(AT, abs=0.03)
 
 
+@pytest.mark.long
 def test_what_modes_do_not_tell_is_said():
     first, *_, last = reached().words()
     assert first.startswith("displacement at 3") and "point_mass of mass 0.3" in first
@@ -53,6 +55,7 @@ def test_what_modes_do_not_tell_is_said():
         reached().law_as_measured()
 
 
+@pytest.mark.long
 def test_curves_of_modes_are_drawn():
     figure = bp.plots.reach.curves(reached())
     assert "point_mass" in figure.axes[0].get_title()

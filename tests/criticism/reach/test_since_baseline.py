@@ -77,6 +77,7 @@ def reached(law):
     return bp.reach(experiment(), measured(law, seed=2), baseline=before())
 
 
+@pytest.mark.long
 def test_place_and_law_of_what_is_new_come_out():
     found = reached(maxwell)
     best = found.laws.iloc[0]
@@ -90,6 +91,7 @@ def test_place_and_law_of_what_is_new_come_out():
     assert np.mean(apart < 1.96 * table["deviation_real"]) > 0.85
 
 
+@pytest.mark.long
 def test_where_nothing_is_new_that_is_all_that_is_said():
     (sentence,) = reached(None).words()
     assert sentence.startswith("Nothing is seen to be new since the baseline")
