@@ -76,16 +76,19 @@ def with_networks(
     if not base.effects:
         reach = reach_of(known.problem, base.fit, ports, found)
         comparison = comparison._replace(reach=reach)
-    listed = _listed(comparison)
-    told = [law for law in simplest(found) if not _is_one_of(listed, law)]
-    return _with_laws(comparison, base, told)
+    return _with_laws(comparison, base, _probable(found))
+
+
+def _probable(found: Sequence[NamedLaw]) -> list[NamedLaw]:
+    """Laws of about the greatest odds, the greatest first."""
+    laws = sorted(simplest(found), key=lambda law: -law.log_odds)
+    return [law for law in laws if law.log_odds > laws[0].log_odds - WITHIN]
 
 
 def _with_laws(comparison: Comparison, base: Hypothesis, laws: Sequence[NamedLaw]) -> Comparison:
-    """Add the laws of the greatest odds to a hypothesis, each fitted as an effect."""
-    odds = np.array([law.log_odds for law in laws])
-    least = np.max(odds, initial=-np.inf) - WITHIN
-    chosen = [laws[number] for number in np.argsort(-odds) if odds[number] > least][:FITTED]
+    """Add laws that are in no list to a hypothesis, each fitted as an effect."""
+    listed = _listed(comparison)
+    chosen = [law for law in laws if not _is_one_of(listed, law)][:FITTED]
     hypotheses = [_as_hypothesis(base, law) for law in chosen]
     kinds = [kind_of(hypothesis.effects[-1]) for hypothesis in hypotheses]
     priors = {kind: law.log_prior for kind, law in zip(kinds, chosen, strict=True)}
@@ -127,9 +130,8 @@ def with_other_laws(comparison: Comparison, tick: Tick) -> Comparison:
         return comparison
     for effect in networks:
         rest = without(best, effect.name, null)
-        laws = simplest(_laws_at_place_of(effect, best, rest))
-        listed = _listed(comparison)
-        comparison = _with_laws(comparison, rest, [x for x in laws if not _is_one_of(listed, x)])
+        laws = _probable(_laws_at_place_of(effect, best, rest))
+        comparison = _with_laws(comparison, rest, laws)
         pairs: list[Pair] = [(rest, each) for each in _listed_effects(comparison, laws)]
         comparison = comparison.with_hypotheses(extended(pairs, tick))
         tick()
