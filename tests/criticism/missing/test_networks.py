@@ -50,6 +50,7 @@ def test_no_network_is_claimed_where_nothing_acts():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_a_network_that_is_new_is_named_and_stays_what_it_is():
     """With a model error that both states share; it is unchanged in a third state."""
     states = {
