@@ -27,6 +27,9 @@ FOLLOWED = 8
 Point = Float[np.ndarray, "unknown"]
 """Coordinates of a problem."""
 
+Places = Float[np.ndarray, "place coordinate"]
+"""Coordinates of places."""
+
 AnyPort: TypeAlias = Port | ChannelPort
 """Where a law or a factor acts."""
 
@@ -68,7 +71,7 @@ class ReachOfPort(NamedTuple):
 
 
 def reach_of_port(
-    base: Problem, point: Point, port: Port, places: Points | None = None
+    base: Problem, point: Point, port: Port, places: Places | None = None
 ) -> ReachOfPort:
     """Fit all else at each place with a free law, then laws of a few numbers there.
 

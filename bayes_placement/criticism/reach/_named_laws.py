@@ -16,6 +16,7 @@ from ...laws.catalogue import leaves
 from ...laws.law import Law, Tree
 from ._asked import Rows
 from ._at_port import (
+    Places,
     Point,
     ReachOfPort,
     fitted_laws,
@@ -224,7 +225,7 @@ def laws_with_names(reach: ReachOfPort, pieces: int) -> list[NamedLaw]:
 
 
 def laws_at_place(
-    problem: Problem, point: Point, port: Port, place: Points, pieces: int
+    problem: Problem, point: Point, port: Port, place: Places, pieces: int
 ) -> list[NamedLaw]:
     """Every network at one place of a port; the best of them in full, with it.
 
