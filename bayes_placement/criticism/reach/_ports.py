@@ -99,6 +99,7 @@ class Port(NamedTuple):
     def rows(self, free: FreeLaw, omega: Any) -> NetworkRows:
         """Networks that may act there, about the size of what the port feels."""
         size = 1 / free.size() if self.is_cut else free.size()
+        size = float(f"{size:.3g}")  # the same prior in every state, whatever is rounded
         return NetworkRows(self.trees(), size, float(np.sqrt(omega[0] * omega[-1])))
 
     def with_law(self, law: Law, name: str) -> Any:
