@@ -12,7 +12,10 @@ from .changed import DerivedModes, beyond_displacement
 from .eigenpairs import eigenpairs
 from .modes import AxisShapes, Coordinates, Flexibility, Modes, Orders
 
-_ROUNDING = 1e-9  # of the greatest flexibility, below which a negative one counts as zero
+# Of the greatest flexibility, below which a negative one counts as zero: combinations of static
+# shapes that nearly depend on each other raise rounding a million times. A structure that has
+# buckled has far more: its stiffness went through zero.
+_ROUNDING = 1e-6
 
 
 class ResidualShapes(eqx.Module):
