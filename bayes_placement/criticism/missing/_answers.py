@@ -34,6 +34,7 @@ from ._posterior_odds import (
     passes,
     wants_more_effects,
 )
+from ._rows import row_with_sizes
 from ._scanned_candidates import Tick
 from ._screen import worth_fitting
 from ._search import NARROW, VARIANTS_WITH_ERRORS, Breadth, one_more_effect
@@ -136,7 +137,8 @@ class Answer(NamedTuple):
         table = self.comparison.table_in_full(policy, sampled)
         exact = p_value(self.null) if self.baseline is None else np.nan
         rows = [row if row.kinds else row._replace(p_value_when_exact=exact) for row in table.rows]
-        return table._replace(rows=rows)
+        before = self.baseline and row_with_sizes(self.baseline)
+        return table._replace(rows=rows, baseline=before)
 
     def claimed(self, decision: Decision) -> list[Hypothesis]:
         """Hypotheses from the model as given to what is claimed, one effect more each time."""

@@ -44,6 +44,11 @@ def _of_unknown_noise(hypothesis: Hypothesis) -> dict[str, Any]:
     }
 
 
+def row_with_sizes(hypothesis: Hypothesis) -> Row:
+    """Return what the fit alone says, and the sizes of the model error."""
+    return row_of(hypothesis)._replace(sizes=tuple(_sizes_of_errors(hypothesis)))
+
+
 def row_in_full(row: Row, hypothesis: Hypothesis, posterior: SampledPosterior | None) -> Row:
     """Return a row with what takes time: sizes of the errors, held-out scores, edges of priors."""
     return row._replace(

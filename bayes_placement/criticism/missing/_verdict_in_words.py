@@ -12,7 +12,7 @@ from ...inference.units import percent, three_digits
 from ..reach.reach import Reach
 from ._standing import Standing
 from ._weighed import NONE, numbered_kind
-from .decide import is_missing
+from .decide import is_missing, is_unexplained
 from .fitted_model import FittedModel
 
 if TYPE_CHECKING:
@@ -22,6 +22,12 @@ UNEXPLAINED = "no single cause that we know explains it"
 
 LEFT = "The model still fails its check: something else is missing as well."
 """What is said where an effect does not explain all."""
+
+UNEXPLAINED_BASELINE = (
+    "Nothing is claimed to be new: this model does not explain the baseline itself, so that "
+    "nothing can be said of what came since. Look at supports and dimensions first, and check the "
+    "model against the baseline alone."
+)
 
 
 def verdict_in_words(ledger: Ledger) -> str:
@@ -150,6 +156,8 @@ def _of_two_states(ledger: Ledger) -> str:
     """Say what is new in the later of two states."""
     assert ledger.baseline is not None
     alone = alone_in_words(ledger.baseline)
+    if is_unexplained(ledger.rows.baseline, ledger.policy):
+        return f"{UNEXPLAINED_BASELINE} {alone}"
     if not ledger.verdict:
         fails = " The model still fails its check." if ledger.unexplained else ""
         return f"Nothing is claimed to be new since the baseline was measured.{fails} {alone}"

@@ -152,6 +152,8 @@ def _claimed(weighed: Weighed) -> tuple[int, list[str]]:
     rows, policy, best = weighed.rows, weighed.policy, weighed.best
     none = weighed.of(())
     reasons = []
+    if is_unexplained(weighed.table.baseline, policy):
+        return none, ["the baseline is not explained by the model"]
     if best != weighed.ranked[0]:
         reasons.append(f"the evidence for {_named(rows[weighed.ranked[0]])} is not strong")
     weak = weighed.odds[best] - weighed.odds[none] < np.log(policy.strong_where_passing)
@@ -166,6 +168,16 @@ def _claimed(weighed: Weighed) -> tuple[int, list[str]]:
     return claimed, reasons
 
 
+def is_unexplained(baseline: Row | None, policy: Policy) -> bool:
+    """Whether a model does not explain its baseline: nothing can be said of what came since.
+
+    It fails its check, or needs as large a model error as its prior allows.
+    """
+    return baseline is not None and (
+        not baseline.explains(policy) or bool(baseline.errors_at_edge)
+    )
+
+
 def objections(weighed: Weighed, number: int, fewer: int) -> Iterator[str]:
     """Why a claim does not hold where a model error is allowed; nothing where it does.
 
@@ -173,7 +185,7 @@ def objections(weighed: Weighed, number: int, fewer: int) -> Iterator[str]:
     effects must also predict held-out data better than fewer of them, none of them may be only the
     best of several, and each must explain more than it leaves to the model error: scatter along a
     structure looks a little like many effects. Of two states, their difference shows what is new:
-    less is asked there.
+    less is asked there. A model error that is as large as its prior allows is no rival.
     """
     row, before, policy = weighed.rows[number], weighed.rows[fewer], weighed.policy
     if row.states == 1:
@@ -181,6 +193,8 @@ def objections(weighed: Weighed, number: int, fewer: int) -> Iterator[str]:
             yield "is not the only one that explains the data"
         if not _explains_most(row, before, policy):
             yield "leaves more to the model error than it explains"
+    if row.errors_at_edge:
+        yield f"needs as much {row.errors_at_edge[0]} as its prior allows"
     if not predicts_better(row, before, policy):
         yield "predicts held-out data no better" if row.held_out else "was held against no data"
 

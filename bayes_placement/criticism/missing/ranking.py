@@ -17,6 +17,7 @@ from ._narrow_text import gained, narrow
 from ._standing import Standing
 from ._verdict_in_words import (
     LEFT,
+    UNEXPLAINED_BASELINE,
     alone_in_words,
     better_than_errors,
     exact_fails,
@@ -26,6 +27,7 @@ from ._verdict_in_words import (
     what_is_known,
 )
 from ._weighed import NONE, NOTHING
+from .decide import is_unexplained
 from .fitted_model import FittedModel, number_or_blank
 from .ledger import confounded_sentence, misfit_columns
 from .table import AS_STATED, TableOfFits
@@ -217,6 +219,8 @@ class Ranking:
             odds = self._but(best, f"probability {share:.3g}" if share >= AS_STATED.doubted else "")
             more = " Something else is new as well." if best.p_value < AS_STATED.level else ""
             return f"New since the baseline is {best.in_words(best.kind)}{odds}.{more}"
+        if is_unexplained(self.rows.baseline, AS_STATED):
+            return UNEXPLAINED_BASELINE
         share = self.probabilities[NOTHING]
         if share >= AS_STATED.doubted:
             return f"Nothing is new since the baseline was measured, with probability {share:.3g}."

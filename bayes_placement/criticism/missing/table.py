@@ -11,7 +11,7 @@ from scipy.stats import binom, chi2, norm
 from ..._types import InputError, check_positive
 from ...inference.chi2 import LEVEL
 from ...positions.reprs import with_short_repr
-from ..check._edges import PILED
+from ..check._edges import EDGE, PILED
 from ._outliers import OUTLIERS
 
 NAN = float("nan")
@@ -170,6 +170,11 @@ class Row(NamedTuple):
             return self.passes(policy)
         return min(self.p_value, self.p_value_of_outliers) >= policy.level
 
+    @property
+    def errors_at_edge(self) -> tuple[str, ...]:
+        """Sizes of the model error that are as large as their priors allow."""
+        return tuple(name for name, _, share in self.sizes if share >= 1 - EDGE)
+
     def gain_of_larger_error(self, largest: float) -> float:
         """Gain of log evidence where the error may be larger by an unknown factor s.
 
@@ -222,15 +227,19 @@ class TableOfFits(NamedTuple):
         One a hypothesis, in any order.
     kinds
         Kinds that were tried, fitted or not.
+    baseline
+        The model fitted to an earlier state alone; None where there is none.
     """
 
     rows: Sequence[Row]
     kinds: tuple[str, ...] = ()
+    baseline: Row | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return it as numbers and words for a file; None for numbers that are not finite."""
-        rows = [{name: _plain(value) for name, value in row._asdict().items()} for row in self.rows]
-        return {"kinds": list(self.kinds), "rows": rows}
+        rows = [_row_to_json(row) for row in self.rows]
+        baseline = None if self.baseline is None else _row_to_json(self.baseline)
+        return {"kinds": list(self.kinds), "rows": rows, "baseline": baseline}
 
     @classmethod
     def from_json(cls, content: Mapping[str, Any]) -> "TableOfFits":
@@ -242,14 +251,24 @@ class TableOfFits(NamedTuple):
             If it is something else.
         """
         try:
-            rows = [{name: _read(each) for name, each in row.items()} for row in content["rows"]]
-            return cls([Row(**row) for row in rows], tuple(content["kinds"]))
+            rows = [_row_of_json(row) for row in content["rows"]]
+            baseline = content.get("baseline")
+            before = None if baseline is None else _row_of_json(baseline)
+            return cls(rows, tuple(content["kinds"]), before)
         except (KeyError, TypeError, AttributeError) as error:
             raise InputError(
                 f"A table of {', '.join(map(repr, content)) or 'nothing'} was given; 'kinds' and "
                 "'rows' with all fields of each are needed, since they decide: "
                 "bp.decide(json.load(open('ledger.json'))['table'])."
             ) from error
+
+
+def _row_to_json(row: Row) -> dict[str, Any]:
+    return {name: _plain(value) for name, value in row._asdict().items()}
+
+
+def _row_of_json(row: Mapping[str, Any]) -> Row:
+    return Row(**{name: _read(value) for name, value in row.items()})
 
 
 def _plain(value: Any) -> Any:

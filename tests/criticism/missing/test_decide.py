@@ -104,6 +104,38 @@ def test_an_effect_explains_more_than_it_leaves_to_the_model_error(chi2, kinds):
     assert decided(*(each._replace(states=2) for each in rows)).kinds == ("mass",)
 
 
+AT_EDGE = (("model_error.damping.size", 1.0, 0.98), ("model_error.gain.size", 0.01, 0.6))
+
+
+@pytest.mark.parametrize("states", [1, 2])
+def test_a_model_error_as_large_as_its_prior_allows_is_no_rival(states):
+    rows = erroneous("", 0.0, 100.0), erroneous("mass", 30.0, 9.0, gain=1.0)
+    rows = [each._replace(states=states) for each in rows]
+    assert decided(*rows).kinds == ("mass",)
+    decision = decided(rows[0], rows[1]._replace(sizes=AT_EDGE))
+    assert decision.kinds == ()
+    assert decision.reasons == (
+        "mass needs as much model_error.damping.size as its prior allows",
+    )
+
+
+@pytest.mark.parametrize(
+    "baseline",
+    [
+        row("", 0.0, FAILS),
+        erroneous("", 0.0, 9.0, sizes=AT_EDGE),
+        row("", 0.0, is_noise_known=False, neumann=(0.2, 20.0)),
+    ],
+)
+def test_of_a_baseline_that_is_not_explained_nothing_is_said_to_be_new(baseline):
+    rows = [row("", -900.0, FAILS, states=2), row("mass", 0.0, states=2)]
+    explained = baseline._replace(squares=PASSES, sizes=(), neumann=(1.0, 20.0))
+    assert bp.decide(TableOfFits(rows, (), explained)).kinds == ("mass",)
+    decision = bp.decide(TableOfFits(rows, (), baseline))
+    assert decision.kinds == decision.told_as_missing == ()
+    assert decision.reasons == ("the baseline is not explained by the model",)
+
+
 def test_beside_a_model_error_what_something_else_explains_as_well_is_not_claimed():
     rows = erroneous("", 0.0, 100.0), erroneous("mass", 30.0, 9.0, gain=1.0)
     decision = decided(*rows, erroneous("spring", 29.0, 9.0, gain=1.0))
@@ -219,7 +251,7 @@ def test_the_policy_says_when_a_check_fails_and_what_stands_out():
 def test_a_table_is_the_same_after_json():
     unknown = row("mass", 1 / 3, is_noise_known=False, neumann=(0.3, 20.0), outliers=2.5)
     edged = POOL[-1]._replace(edges=(("mass", "upper", 12.5),), sizes=(("sigma", 0.02, 0.7),))
-    table = TableOfFits([*POOL[:-1], edged], ("gain", "mass", "spring", "delay"))
+    table = TableOfFits([*POOL[:-1], edged], ("gain", "mass", "spring", "delay"), POOL[0])
     again = TableOfFits.from_json(json.loads(json.dumps(table.to_json())))
     np.testing.assert_equal(again, table)
     assert bp.decide(again) == bp.decide(table) == bp.decide(table.to_json())
