@@ -11,7 +11,7 @@ from ..check._edges import EDGE
 from ._cautions import shares_at_edges
 from ._held_out import scores
 from ._hypotheses import Hypothesis
-from ._unknown_noise import gain_with_outliers, neumann_of
+from ._unknown_noise import gain_with_outliers, neumann_of, noise_needed
 from .table import Row
 
 
@@ -50,8 +50,10 @@ def row_with_sizes(hypothesis: Hypothesis) -> Row:
 
 
 def row_in_full(row: Row, hypothesis: Hypothesis, posterior: SampledPosterior | None) -> Row:
-    """Return a row with what takes time: sizes of the errors, held-out scores, edges of priors."""
+    """Return a row with what takes time: noise, sizes of errors, held-out scores, edges."""
+    needed = noise_needed(hypothesis)
     return row._replace(
+        noise=np.nan if needed is None else needed.relative,
         sizes=tuple(_sizes_of_errors(hypothesis)),
         held_out=tuple(map(float, scores(hypothesis))),
         edges=tuple(_edges(hypothesis, None if posterior is None else posterior.points)),

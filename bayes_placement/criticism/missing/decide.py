@@ -173,9 +173,7 @@ def is_unexplained(baseline: Row | None, policy: Policy) -> bool:
 
     It fails its check, or needs as large a model error as its prior allows.
     """
-    return baseline is not None and (
-        not baseline.explains(policy) or bool(baseline.errors_at_edge)
-    )
+    return baseline is not None and (baseline.fails(policy) or bool(baseline.errors_at_edge))
 
 
 def objections(weighed: Weighed, number: int, fewer: int) -> Iterator[str]:
@@ -185,7 +183,8 @@ def objections(weighed: Weighed, number: int, fewer: int) -> Iterator[str]:
     effects must also predict held-out data better than fewer of them, none of them may be only the
     best of several, and each must explain more than it leaves to the model error: scatter along a
     structure looks a little like many effects. Of two states, their difference shows what is new:
-    less is asked there. A model error that is as large as its prior allows is no rival.
+    less is asked there, but that the model error is not as large as its prior allows: it is no
+    rival then, and no judge of what both states share.
     """
     row, before, policy = weighed.rows[number], weighed.rows[fewer], weighed.policy
     if row.states == 1:
@@ -193,7 +192,7 @@ def objections(weighed: Weighed, number: int, fewer: int) -> Iterator[str]:
             yield "is not the only one that explains the data"
         if not _explains_most(row, before, policy):
             yield "leaves more to the model error than it explains"
-    if row.errors_at_edge:
+    elif row.errors_at_edge:
         yield f"needs as much {row.errors_at_edge[0]} as its prior allows"
     if not predicts_better(row, before, policy):
         yield "predicts held-out data no better" if row.held_out else "was held against no data"
@@ -222,13 +221,11 @@ def predicts_better(row: Row, before: Row, policy: Policy) -> bool:
 def _explains_most(row: Row, before: Row, policy: Policy) -> bool:
     """Whether the last effect explains more of the misfit than what is left to model error.
 
-    Each of the exact models. A forgotten mass or a soft spot that is as large as the scatter of
-    the structure is a part of that scatter, although an effect at its place fits it well.
-    Unknown noise grows with the misfit, so that it decides nothing.
+    A forgotten mass or a soft spot that is as large as the scatter of the structure is a part of
+    that scatter, although an effect at its place fits it well.
     """
-    misfit, left = before.chi2_when_exact - 1.0, row.chi2_when_exact - 1.0
-    too_little = misfit - left <= policy.explained * misfit  # not of NaN: not fitted without errors
-    return not (row.is_noise_known and too_little)
+    # Not of NaN: not fitted without errors, or too few lines to tell what is smooth.
+    return not before.misfit - row.misfit <= policy.explained * before.misfit
 
 
 def gain_held_out(row: Row, other: Row) -> tuple[float, float]:

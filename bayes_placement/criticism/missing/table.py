@@ -102,6 +102,8 @@ class Row(NamedTuple):
     neumann, outliers, gain_with_outliers
         Von Neumann's ratio of the residuals and the inverse of its deviation, expected number of
         outliers, and log likelihood gained where a few data may be some.
+    noise
+        Median noise over the amplitude [1].
     has_errors, sizes
         Whether a model error is fitted; its sizes: name, size, and the share of the prior below.
     chi2_when_exact, p_value_when_exact
@@ -125,6 +127,7 @@ class Row(NamedTuple):
     neumann: tuple[float, float] = (NAN, NAN)
     outliers: float = 0.0
     gain_with_outliers: float = 0.0
+    noise: float = NAN
     has_errors: bool = False
     sizes: tuple[tuple[str, float, float], ...] = ()
     chi2_when_exact: float = NAN
@@ -148,6 +151,17 @@ class Row(NamedTuple):
         return float(chi2.sf(self.squares, free)) if free > 0 else NAN
 
     @property
+    def misfit(self) -> float:
+        """Mean square of what is no noise: of the exact model, in variances of the noise.
+
+        Where that is not known, the part of the residuals that is smooth along the lines, in
+        squares of the amplitude. NaN where it is not known.
+        """
+        if self.is_noise_known:
+            return self.chi2_when_exact - 1.0
+        return self.noise**2 * (1.0 - self.neumann[0])
+
+    @property
     def p_value_of_outliers(self) -> float:
         """Probability of at least as many outliers, of the share that a mixture assumes.
 
@@ -169,6 +183,11 @@ class Row(NamedTuple):
         if self.is_noise_known:
             return self.passes(policy)
         return min(self.p_value, self.p_value_of_outliers) >= policy.level
+
+    def fails(self, policy: Policy) -> bool:
+        """Whether it leaves more than noise; not where too few lines tell what noise is."""
+        told = [self.p_value] if self.is_noise_known else [self.p_value, self.p_value_of_outliers]
+        return any(p_value < policy.level for p_value in told)
 
     @property
     def errors_at_edge(self) -> tuple[str, ...]:

@@ -104,19 +104,28 @@ def test_an_effect_explains_more_than_it_leaves_to_the_model_error(chi2, kinds):
     assert decided(*(each._replace(states=2) for each in rows)).kinds == ("mass",)
 
 
+@pytest.mark.parametrize(
+    ("noise", "ratio", "kinds"), [(0.1, 0.1, ("mass",)), (0.19, 0.1, ()), (0.19, 0.7, ("mass",))]
+)
+def test_of_unknown_noise_what_is_smooth_is_the_misfit(noise, ratio, kinds):
+    unknown = {"is_noise_known": False, "outliers": 0.0}
+    none = erroneous("", 0.0, np.nan, noise=0.2, neumann=(0.05, 20.0), **unknown)
+    left = {"noise": noise, "neumann": (ratio, 20.0)}
+    assert (
+        decided(none, erroneous("mass", 30.0, np.nan, gain=1.0, **left, **unknown)).kinds == kinds
+    )
+
+
 AT_EDGE = (("model_error.damping.size", 1.0, 0.98), ("model_error.gain.size", 0.01, 0.6))
 
 
-@pytest.mark.parametrize("states", [1, 2])
-def test_a_model_error_as_large_as_its_prior_allows_is_no_rival(states):
+def test_beside_a_model_error_as_large_as_its_prior_allows_nothing_is_new():
     rows = erroneous("", 0.0, 100.0), erroneous("mass", 30.0, 9.0, gain=1.0)
-    rows = [each._replace(states=states) for each in rows]
+    rows = [each._replace(states=2) for each in rows]
     assert decided(*rows).kinds == ("mass",)
     decision = decided(rows[0], rows[1]._replace(sizes=AT_EDGE))
     assert decision.kinds == ()
-    assert decision.reasons == (
-        "mass needs as much model_error.damping.size as its prior allows",
-    )
+    assert decision.reasons == ("mass needs as much model_error.damping.size as its prior allows",)
 
 
 @pytest.mark.parametrize(
