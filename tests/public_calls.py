@@ -706,6 +706,13 @@ def calls_of_laws():
             {"factor": positive(1.0, "three")},
             noisy_with_coherence,
         ),
+        "noise.FromScatter": Call(
+            bp.noise.FromScatter,
+            {"factor": positive(1.0, "three")},
+            lambda noise: experiment(noise=noise).data(
+                dataclasses.replace(measurement(), line_scatter=np.full((1, 1, LINES.size), 0.01))
+            ),
+        ),
         "noise.FromVariance": Call(
             bp.noise.FromVariance,
             {"factor": positive(1.0, "three")},

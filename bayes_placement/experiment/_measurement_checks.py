@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from .._types import InputError, check_annotated, finite_number, shown
+from .scatter_of_lines import FEWEST
 
 PairLabel = Callable[[int, int], str]
 
@@ -138,9 +139,47 @@ def stated_variance(
         raise InputError(
             f"The variance of {label(row, column)} at {lines[line]:g} Hz is "
             f"{values[row, column, line]:g}; a positive one is needed, since a likelihood without "
-            "noise is infinite. Repeats that agree in all digits are one record copied; without "
-            "them state the error: noise.Gaussian(sigma)."
+            "noise is infinite. Repeats that agree in all digits are one record copied, and lines "
+            "that do not scatter are computed; state the error: noise.Gaussian(sigma)."
         )
+
+
+def no_coherence(has_coherence: bool) -> InputError:
+    """Return the error that says what the error of an FRF follows from."""
+    missing = "number of averages" if has_coherence else "coherence"
+    return InputError(
+        f"The measurement has no {missing}; both are needed, since the error of an FRF follows "
+        "from the two together. Give them to the measurement, read the error from the scatter of "
+        "its lines: noise.FromScatter(); or state it: noise.Gaussian(sigma)."
+    )
+
+
+def no_variance() -> InputError:
+    """Return the error that says where a variance is stated."""
+    return InputError(
+        "The measurement states no variance of its FRFs; one is needed, since the size of the "
+        "error is read from it. Take time records, bp.time_records.frf(...), state it, "
+        "Measurement.from_arrays(..., variance=...), or use noise.FromCoherence()."
+    )
+
+
+def no_line(request: str, lines: np.ndarray) -> InputError:
+    """Return the error that says which lines there are."""
+    return InputError(
+        f"{request} leaves no line of this measurement, which has {lines.size} from "
+        f"{lines[0]:g} to {lines[-1]:g} Hz; at least one is needed. Choose a band [Hz] that "
+        "overlaps with them."
+    )
+
+
+def no_scatter(lines: np.ndarray) -> InputError:
+    """Return the error that says why the scatter of lines is not known."""
+    return InputError(
+        f"The scatter of {lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz was asked for; "
+        f"at least {FEWEST} that are evenly spaced are needed, since noise is what neighbours do "
+        "not share. Read the whole record and choose lines then: measurement.thinned(200); or "
+        "state the error: noise.Gaussian(sigma)."
+    )
 
 
 def not_negative(values: np.ndarray, lines: np.ndarray, label: PairLabel) -> None:

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .._types import InputError
 from ..positions.channel import Channel, Channels, check_distinct, checked, match, parsed
 from . import _measurement_checks as checks
 from . import _measurement_dataset, line_choice
@@ -17,6 +16,7 @@ from ._measurement_arrays import as_pairs, frozen
 from ._measurement_words import sentence
 from .measured_lines import measured_lines
 from .quantities import converted, frf_name
+from .scatter_of_lines import scatter_of
 
 __all__ = ["Channel", "Channels", "Measurement"]
 
@@ -55,6 +55,8 @@ class Measurement:
     coherent_variance
         What `noise_variance` returns, kept where lines are chosen, so that it rests on all lines of
         the record; None where it is not computed yet.
+    line_scatter
+        What `scatter_variance` returns, kept likewise.
 
     Raises
     ------
@@ -80,6 +82,7 @@ class Measurement:
     force_level: float | int | None = None
     variance: np.ndarray | None = None
     coherent_variance: np.ndarray | None = None
+    line_scatter: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         """Freeze the arrays and check the values."""
@@ -94,14 +97,13 @@ class Measurement:
         checks.frequency(self.frequency)
         checks.shape("frf", self.frf, self._shape)
         checks.frf(self.frf, self.frequency, self._label)
+        for name in _OF_LINES:
+            if getattr(self, name) is not None:
+                checks.shape(name, getattr(self, name), self._shape)
         if self.coherence is not None:
-            checks.shape("coherence", self.coherence, self._shape)
             checks.coherence(self.coherence, self.frequency, self._label)
         if self.variance is not None:
-            checks.shape("variance", self.variance, self._shape)
             checks.not_negative(self.variance, self.frequency, self._label)
-        if self.coherent_variance is not None:
-            checks.shape("coherent_variance", self.coherent_variance, self._shape)
         checks.averages(self.averages)
         checks.force_level(self.force_level)
 
@@ -193,9 +195,8 @@ class Measurement:
             If no line lies there.
         """
         checks.band(low, high)
-        return self._with_lines(
-            (self.frequency >= low) & (self.frequency <= high), f"band({low:g}, {high:g})"
-        )
+        inside = (self.frequency >= low) & (self.frequency <= high)
+        return self._with_lines(inside, f"band({low:g}, {high:g})")
 
     def without(self, low: float | int, high: float | int) -> "Measurement":
         """Return the measurement without the lines from low to high [Hz], both included.
@@ -206,14 +207,11 @@ class Measurement:
             If no line is left.
         """
         checks.band(low, high)
-        return self._with_lines(
-            (self.frequency < low) | (self.frequency > high), f"without({low:g}, {high:g})"
-        )
+        outside = (self.frequency < low) | (self.frequency > high)
+        return self._with_lines(outside, f"without({low:g}, {high:g})")
 
     def lines(self, frequency: Any) -> "Measurement":
-        """Return the lines at these frequencies [Hz], found to a relative 1e-5.
-
-        The measured frequencies are kept, so that conversions see what was measured.
+        """Return the lines at these frequencies [Hz], found to a relative 1e-5, as measured.
 
         Raises
         ------
@@ -258,9 +256,9 @@ class Measurement:
         """Return the lines around the resonances, where FRFs tell most of modes and damping.
 
         Resonances are the peaks of the sum of the squared mobilities of all pairs, each over its
-        mean, that stand 3 dB above the valley beside them and out of the noise, which is known
-        from coherence and averages, or else from the scatter of the lines. A structure is also
-        known by what lies between its resonances (antiresonances): `thinned` keeps lines there.
+        mean, that stand 3 dB above the valley beside them and out of the noise, known from
+        coherence and averages or from the scatter of the lines. `thinned` also keeps lines between
+        them: antiresonances tell of a structure as well.
 
         Parameters
         ----------
@@ -269,8 +267,7 @@ class Measurement:
         bandwidths
             Half-power bandwidths to either side of a resonance.
         together
-            Runs at other force levels on the same lines, whose resonances count as well:
-            `frequency = runs[0].around_resonances(together=runs[1:]).frequency`.
+            Runs at other force levels on the same lines, whose resonances count as well.
 
         Raises
         ------
@@ -278,10 +275,8 @@ class Measurement:
             If a number is not positive, the lines of the runs differ, or there is no resonance.
         """
         runs = line_choice.runs(self, together)
-        chosen = line_choice.around_resonances(
-            runs, lines_per_bandwidth=lines_per_bandwidth, bandwidths=bandwidths
-        )
-        return self._at(chosen)
+        widths = {"lines_per_bandwidth": lines_per_bandwidth, "bandwidths": bandwidths}
+        return self._at(line_choice.around_resonances(runs, **widths))
 
     def thinned(self, most: int, *, together: Sequence["Measurement"] = ()) -> "Measurement":
         """Return at most `most` of the lines, dense where the FRFs change most against their noise.
@@ -309,15 +304,13 @@ class Measurement:
 
         For an H1 estimate of n averages with coherence g2 it is |H|^2 (1 - g2) / (n g2), circular
         complex Gaussian: half of it lies in the real part, half in the imaginary part. A coherence
-        that scatters from line to line as an estimate by n averages does makes chi2 of a right
-        model n / (n - 2): it is pooled over neighbouring lines of the entire record
-        (`pooled_variance`), with n - 1 in the place of n.
+        that scatters as an estimate by n averages does makes chi2 of a right model n / (n - 2): it
+        is pooled over neighbouring lines of the record (`pooled_variance`), with n - 1 for n.
 
         Returns
         -------
         ndarray
-            Variance [unit of the FRF squared] of shape (sensor, actuator, frequency); NaN where a
-            pair was not measured.
+            Of shape (sensor, actuator, frequency) [unit of the FRF squared]; NaN if not measured.
 
         Raises
         ------
@@ -325,12 +318,7 @@ class Measurement:
             If coherence or averages are missing, or say that an error is zero or unbounded.
         """
         if self.coherence is None or self.averages is None:
-            missing = "coherence" if self.coherence is None else "number of averages"
-            raise InputError(
-                f"The measurement has no {missing}; both are needed, since the error of an FRF "
-                "follows from the two together. Give them to the measurement, or state the error: "
-                "noise.Gaussian(sigma)."
-            )
+            raise checks.no_coherence(has_coherence=self.coherence is not None)
         variance = self._variance_by_coherence
         assert variance is not None
         checks.variance(variance, self.measured, self.frequency, self._label)
@@ -345,13 +333,24 @@ class Measurement:
             If it states none, or none that is positive where something was measured.
         """
         if self.variance is None:
-            raise InputError(
-                "The measurement states no variance of its FRFs; one is needed, since the size of "
-                "the error is read from it. Take time records, bp.time_records.frf(...), state it, "
-                "Measurement.from_arrays(..., variance=...), or use noise.FromCoherence()."
-            )
+            raise checks.no_variance()
         checks.stated_variance(self.variance, self.measured, self.frequency, self._label)
         return self.variance
+
+    def scatter_variance(self) -> np.ndarray:
+        """Variance E|error|^2 of each FRF value, by the scatter of neighbouring lines.
+
+        As of `noise_variance`. It rests on all lines of the record: those chosen later keep it.
+
+        Raises
+        ------
+        ValueError
+            If lines are too few or uneven, or do not scatter at all.
+        """
+        if self._scatter is None:
+            raise checks.no_scatter(self.frequency)
+        checks.stated_variance(self._scatter, self.measured, self.frequency, self._label)
+        return self._scatter
 
     def to_dataset(self) -> xr.Dataset:
         """Return the measurement as a labelled dataset, complex numbers as an axis `part`."""
@@ -370,16 +369,17 @@ class Measurement:
         is_stated = self.coherence is not None and self.averages is not None
         return pooled_by_coherence(self) if is_stated and not known else self.coherent_variance
 
+    @cached_property
+    def _scatter(self) -> np.ndarray | None:
+        """Variance by the scatter of lines; None where too few or uneven lines tell it."""
+        return scatter_of(self) if self.line_scatter is None else self.line_scatter
+
     def _label(self, row: int, column: int) -> str:
         return f"{self.sensors[row].label} / {self.actuators[column].label}"
 
     def _with_lines(self, keep: np.ndarray, request: str) -> "Measurement":
         if not keep.any():
-            raise InputError(
-                f"{request} leaves no line of this measurement, which has {self.frequency.size} "
-                f"from {self.frequency[0]:g} to {self.frequency[-1]:g} Hz; at least one is needed. "
-                "Choose a band [Hz] that overlaps with them."
-            )
+            raise checks.no_line(request, self.frequency)
         return self._at(np.flatnonzero(keep))
 
     def _at(self, index: np.ndarray) -> "Measurement":
@@ -392,9 +392,9 @@ class Measurement:
 
     def _of_lines(self, pick: Callable[[np.ndarray], np.ndarray]) -> dict[str, Any]:
         """Pick what is known of each line besides its FRF."""
-        known = (self.coherence, self.variance, self._variance_by_coherence)
-        values = dict(zip(_OF_LINES, known, strict=True))
-        return {name: pick(array) for name, array in values.items() if array is not None}
+        known = (self.coherence, self.variance, self._variance_by_coherence, self._scatter)
+        values = zip(_OF_LINES, known, strict=True)
+        return {name: pick(array) for name, array in values if array is not None}
 
 
-_OF_LINES = ("coherence", "variance", "coherent_variance")
+_OF_LINES = ("coherence", "variance", "coherent_variance", "line_scatter")

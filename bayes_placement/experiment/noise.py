@@ -17,6 +17,7 @@ from ._data import Data
 from ._noise_values import check_lines, not_negative, positive, positive_definite
 from .measurement import Measurement
 
+Words: TypeAlias = tuple[str, str]
 Chosen: TypeAlias = slice | np.ndarray
 """Some channels: a slice of them, or their numbers."""
 
@@ -49,7 +50,7 @@ class Noise(eqx.Module):
     @property
     def reads_measurement(self) -> bool:
         """Whether its level is read from a measurement."""
-        return self.reads_coherence or self.reads_variance or self.reads_amplitude
+        return self.reads_coherence or self.reads_amplitude
 
     def variance(self, measurement: Measurement) -> np.ndarray | None:
         """Variance E|error|^2 of each FRF value, where it is read from a measurement.
@@ -183,7 +184,38 @@ class Covariance(Noise):
         check_lines(self.matrix, data.measured.shape[-1])
 
 
-class FromCoherence(Noise):
+class _OfMeasurement(Noise):
+    """Independent errors at each line, whose deviations are read from a measurement."""
+
+    reads_coherence: ClassVar[bool] = False
+    reads_measurement: ClassVar[bool] = True  # type: ignore[misc]
+    source: ClassVar[Words]  # what they are read from, and which measurement has it
+    factor: Parameter = eqx.field(metadata=unit("1", within=POSITIVE))
+
+    def __init__(self, factor: Parameter = 1.0):
+        self.factor = positive(f"noise.{type(self).__name__}(factor)", "factor", factor)
+
+    def distribution(
+        self, predicted: Response, data: Data | None, kernel: Any = 0.0
+    ) -> Distribution:
+        """Independent normal distribution of every output."""
+        if data is None or data.deviation is None:
+            what, where = self.source
+            raise InputError(
+                f"noise.{type(self).__name__} reads its level from {what}, and none is given here. "
+                f"Give a measurement {where}, or use noise.Gaussian(sigma)."
+            )
+        deviation = data.deviation * jnp.asarray(self.factor)
+        return _masked(Normal(predicted, jnp.sqrt(deviation**2 + kernel)), data)
+
+    def deviation(self, data: Data) -> Response | None:
+        """Return the known deviation times the factor; None where this is a distribution."""
+        if is_unknown(self.factor) or data.deviation is None:
+            return None
+        return data.deviation * jnp.asarray(self.factor)
+
+
+class FromCoherence(_OfMeasurement):
     """Independent errors at each line, known from coherence and averages.
 
     E|error|^2 = |H|^2 (1 - coherence) / (averages coherence) for an FRF by the H1 estimator, half
@@ -199,35 +231,15 @@ class FromCoherence(Noise):
 
     Examples
     --------
-    >>> noise = bp.noise.FromCoherence(factor=dist.LogUniform(0.5, 5.0))
-    >>> noise.reads_coherence
+    >>> bp.noise.FromCoherence(factor=dist.LogUniform(0.5, 5.0)).reads_coherence
     True
     """
 
     reads_coherence: ClassVar[bool] = True
-    factor: Parameter = eqx.field(metadata=unit("1", within=POSITIVE))
-
-    def __init__(self, factor: Parameter = 1.0):
-        self.factor = positive("noise.FromCoherence(factor)", "factor", factor)
-
-    def distribution(
-        self, predicted: Response, data: Data | None, kernel: Any = 0.0
-    ) -> Distribution:
-        """Independent normal distribution of every output."""
-        if data is None or data.deviation is None:
-            raise InputError(
-                "noise.FromCoherence reads its level from the coherence and the averages of a "
-                "measurement, and none is given here. Give a measurement with both, or use "
-                "noise.Gaussian(sigma)."
-            )
-        return _of_known_level(predicted, data, data.deviation * jnp.asarray(self.factor), kernel)
-
-    def deviation(self, data: Data) -> Response | None:
-        """Return the known deviation times the factor; None where this is a distribution."""
-        return _known_deviation(data, self.factor)
+    source: ClassVar[Words] = "the coherence and the averages of a measurement", "with both"
 
 
-class FromVariance(Noise):
+class FromVariance(_OfMeasurement):
     """Independent errors whose variance at each line comes with the measurement.
 
     The variance is E|error|^2 of a complex FRF, as the scatter of repeats shows it
@@ -246,32 +258,37 @@ class FromVariance(Noise):
     True
     """
 
-    reads_coherence: ClassVar[bool] = False
     reads_variance: ClassVar[bool] = True
-    factor: Parameter = eqx.field(metadata=unit("1", within=POSITIVE))
-
-    def __init__(self, factor: Parameter = 1.0):
-        self.factor = positive("noise.FromVariance(factor)", "factor", factor)
+    source: ClassVar[Words] = "the variance that a measurement states", "of time_records.frf"
 
     def variance(self, measurement: Measurement) -> np.ndarray | None:
         """Variance E|error|^2 of each FRF value, as the measurement states it."""
         return measurement.stated_variance()
 
-    def distribution(
-        self, predicted: Response, data: Data | None, kernel: Any = 0.0
-    ) -> Distribution:
-        """Independent normal distribution of every output."""
-        if data is None or data.deviation is None:
-            raise InputError(
-                "noise.FromVariance reads its level from the variance that a measurement states, "
-                "and none is given here. Give a measurement of time_records.frf, or use "
-                "noise.Gaussian(sigma)."
-            )
-        return _of_known_level(predicted, data, data.deviation * jnp.asarray(self.factor), kernel)
 
-    def deviation(self, data: Data) -> Response | None:
-        """Return the known deviation times the factor; None where this is a distribution."""
-        return _known_deviation(data, self.factor)
+class FromScatter(_OfMeasurement):
+    """Independent errors whose variance at each line is read from the scatter of its neighbours.
+
+    For records without coherence. What a quotient of polynomials leaves of nine neighbouring lines
+    is noise (`Measurement.scatter_variance`): of all that were recorded, also where few are chosen.
+
+    Parameters
+    ----------
+    factor
+        Factor on the standard deviation [1]: 1, or a distribution where lines do not show all
+        errors.
+
+    Examples
+    --------
+    >>> bp.noise.FromScatter().factor
+    1.0
+    """
+
+    source: ClassVar[Words] = "the scatter of lines of a measurement", "of its whole record"
+
+    def variance(self, measurement: Measurement) -> np.ndarray | None:
+        """Variance E|error|^2 of each FRF value, as neighbouring lines show it."""
+        return measurement.scatter_variance()
 
 
 class Relative(Noise):
@@ -280,9 +297,8 @@ class Relative(Noise):
     E|error|^2 = (ratio |H|)^2 + floor^2 + (coherence factor)^2 E|error|^2 of the coherence, for an
     FRF H of the observed quantity; as by `FromCoherence`, half of it is in the real and half in the
     imaginary part. |H| is the measured amplitude, so that the noise does not depend on the
-    parameters; in a simulation it is the predicted one. Where the error exceeds |H|, so does a part
-    of what is measured: a ratio near 1 would explain any scatter there. Bound an unknown ratio well
-    below 1.
+    parameters; in a simulation it is the predicted one. Bound an unknown ratio well below 1: near
+    1 it would explain any scatter.
 
     Parameters
     ----------
@@ -297,7 +313,7 @@ class Relative(Noise):
     Raises
     ------
     InputError
-        For a ratio that is not positive, a negative floor or a factor that is not positive.
+        For a ratio or factor that is not positive, or a negative floor.
 
     Examples
     --------
@@ -358,18 +374,6 @@ class Relative(Noise):
                 "or leave coherence out."
             )
         return jnp.sqrt(variance + (data.deviation * jnp.asarray(self.coherence)) ** 2)
-
-
-def _of_known_level(
-    predicted: Response, data: Data, deviation: Response, kernel: Any
-) -> Distribution:
-    return _masked(Normal(predicted, jnp.sqrt(deviation**2 + kernel)), data)
-
-
-def _known_deviation(data: Data, factor: Parameter) -> Response | None:
-    if is_unknown(factor) or data.deviation is None:
-        return None
-    return data.deviation * jnp.asarray(factor)
 
 
 def _channels(sigma: Array, sensors: Chosen, actuators: Chosen) -> Array:

@@ -112,26 +112,32 @@ def test_from_coherence_needs_coherence(data):
         noise.FromCoherence().distribution(jnp.asarray(PREDICTED), data)
 
 
-def test_from_variance_takes_each_level_from_the_data():
+@pytest.mark.parametrize("kind", [noise.FromVariance, noise.FromScatter])
+def test_a_level_is_taken_from_the_data(kind):
     deviation = GENERATOR.uniform(0.1, 0.5, PREDICTED.shape)
     data = data_for(PREDICTED, deviation)
-    error = noise.FromVariance(2.0)
+    error = kind(2.0)
     density = log_density(error, PREDICTED, data)
     np.testing.assert_allclose(density, stats.norm.logpdf(data.z, PREDICTED, 2 * deviation))
     np.testing.assert_allclose(error.deviation(data), 2 * deviation)
-    assert noise.FromVariance(dist.LogUniform(0.5, 2.0)).deviation(data) is None
+    assert kind(dist.LogUniform(0.5, 2.0)).deviation(data) is None
 
 
 @pytest.mark.parametrize("data", [None, data_for(PREDICTED)], ids=["simulation", "no variance"])
-def test_from_variance_needs_a_variance(data):
-    with pytest.raises(ValueError, match=r"reads its level from the variance that a measurement"):
-        noise.FromVariance().distribution(jnp.asarray(PREDICTED), data)
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [(noise.FromVariance, "variance that a measurement"), (noise.FromScatter, "scatter of lines")],
+)
+def test_a_level_that_is_not_in_the_data_is_asked_for(kind, words, data):
+    with pytest.raises(ValueError, match=rf"reads its level from the {words}"):
+        kind().distribution(jnp.asarray(PREDICTED), data)
 
 
 def test_what_a_noise_reads_from_a_measurement():
     stated = noise.FromVariance()
     assert stated.reads_measurement and stated.reads_variance and not stated.reads_coherence
     assert noise.FromCoherence().reads_measurement and not noise.FromCoherence().reads_variance
+    assert noise.FromScatter().reads_measurement and not noise.FromScatter().reads_variance
     assert not noise.Gaussian(0.1).reads_measurement
 
 
@@ -212,6 +218,7 @@ def test_noise_that_is_not_positive_is_refused(value):
         (noise.Gaussian, "standard deviation"),
         (noise.FromCoherence, "factor"),
         (noise.FromVariance, "factor"),
+        (noise.FromScatter, "factor"),
         (lambda factor: noise.Covariance(np.eye(4), factor), "factor"),
     ):
         with pytest.raises(ValueError, match=rf"was given a {word} of .*; the {word} must be pos"):
