@@ -225,9 +225,8 @@ class Measurement:
     def channels(self, sensors: Channels, actuators: Channels) -> "Measurement":
         """Pick and order the rows and columns of these channels; they may repeat.
 
-        A channel recorded in the opposite direction is the requested one with its sign flipped.
-        A direction that is not stated, in the request or in the record, matches the only channel
-        of that name; the result has the direction that either of them states.
+        A channel recorded in the opposite direction is the requested one with its sign flipped. A
+        direction not stated, in request or record, matches the only channel of that name.
 
         Raises
         ------

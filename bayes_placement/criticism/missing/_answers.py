@@ -293,6 +293,7 @@ def _deepened_with_errors(
             exact._replace(hypotheses=[exact.hypotheses[0], *counterparts]), depth, tick, NARROW
         )
         further = [h for h in deeper.hypotheses if len(h.effects) == depth + 1]
+        exact = exact.with_hypotheses(further)
         refitted = _refitted(_by_evidence(further), question, tick)
         comparison = comparison.with_hypotheses(refitted)
     return comparison

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 from numpyro.distributions import LogUniform
 
-from ..._types import Parameter
+from ..._types import InputError, Parameter
 from ...experiment.measurement import Measurement
-from ...experiment.noise import FromCoherence, FromVariance, Noise, Relative
+from ...experiment.noise import FromCoherence, FromScatter, FromVariance, Noise, Relative
 from .._gate import is_number
 from ._json_fields import CaseError, FieldRule, JsonObject
 
@@ -41,15 +41,28 @@ def stated_noise(measurement: JsonObject) -> Noise | None:
 
 
 def noise_by_data(runs: Sequence[Measurement]) -> Noise:
-    """What variance or coherence state; without any, unknown shares of |H| and of its median."""
+    """What variance or coherence state, else the scatter of lines.
+
+    Where lines are too few for that, unknown shares of |H| and of its median.
+    """
     if all(run.variance is not None for run in runs):
         return FromVariance()
     if any(run.coherence is not None for run in runs):
         return FromCoherence()
+    if all(map(_tells_scatter, runs)):
+        return FromScatter()
     median = float(
         np.median(np.concatenate([np.abs(run.frf[run.measured]).ravel() for run in runs]))
     )
     return Relative(LogUniform(*RATIO), LogUniform(*(share * median for share in FLOOR)))
+
+
+def _tells_scatter(run: Measurement) -> bool:
+    try:
+        run.scatter_variance()
+    except InputError:
+        return False
+    return True
 
 
 def _level(stated: JsonObject, name: str, example: float) -> Parameter:

@@ -214,6 +214,17 @@ def test_model_error_is_a_rival_of_what_no_candidate_explains():
     assert "a model error explains the data better than any candidate" in ledger.sentence()
 
 
+@pytest.mark.long
+def test_beside_a_declared_model_error_three_effects_are_found(candidates):
+    delay = effects.time_delay(4e-5)
+    small = bp.model_error.Modal(
+        frequency=1e-4, damping=None, shape=None, gain=None, unevenness=None
+    )
+    erring = experiment().with_model_error(small)
+    ledger = improve(erring, measured(MASS, GAIN, delay, seed=6), candidates=candidates)
+    assert ledger.verdict == ("gain_error", "point_mass", "time_delay") and not ledger.unexplained
+
+
 def test_the_ledger_file_says_what_the_ledger_says(with_both, tmp_path):
     with_both.write(tmp_path / "ledger.json")
     read = json.loads((tmp_path / "ledger.json").read_text())

@@ -685,6 +685,19 @@ def test_without_coherence_the_noise_is_unknown(tmp_path):
     assert "noise is not known" not in str(case.read(written(tmp_path)).experiment)
 
 
+def test_without_coherence_the_lines_of_a_whole_record_tell_the_noise(tmp_path):
+    lines, random = np.linspace(10.0, 100.0, 91), np.random.default_rng(5)
+    error = 0.05 * random.standard_normal((2, 2, 1, lines.size))
+    frf = np.array([1.0, 2.0])[:, None, None] * np.exp(0.1j * lines) + error[0] + 1j * error[1]
+    run = measured(coherence=None, frequency=lines, frf=frf)
+    content = changed("frequency", {"band_hz": [10.0, 100.0], "n_lines": 91})
+    study = case.read(written(tmp_path, content, measured=run))
+    assert isinstance(study.experiment.noise, bp.noise.FromScatter)
+    deviation = study.experiment.data(study.measurement).deviation
+    assert deviation.shape[-1] == 91
+    np.testing.assert_allclose(np.median(deviation), 0.05, rtol=0.1)
+
+
 def test_a_variance_in_every_file_is_the_noise(tmp_path):
     stated = measured()
     variance = 0.01 * np.abs(stated.frf) ** 2
