@@ -189,7 +189,7 @@ class Problem:
             if shares_size(unknown, size) and name in self.coordinates.places
             for place in [self.coordinates.places[name]]
         ]
-        return np.concatenate(places)
+        return np.concatenate([np.zeros(0, dtype=int), *places])  # none where no channel errs
 
     def with_sizes(self, points: np.ndarray, sizes: Mapping[str, np.ndarray]) -> np.ndarray:
         """Coordinates of all unknowns of the experiment, from those here and sizes by name."""
