@@ -8,11 +8,10 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import brentq
 
+from ._beam_statics import VANISHING
+
 # Terms of a shape: 1, x, cos bx, sin bx, exp(-bx), exp(-b(1-x)). Two decaying exponentials
 # instead of cosh and sinh keep every number of order one, however high the mode.
-
-# Orders of the derivatives that vanish at each kind of end.
-_VANISHING = {"fixed": (0, 1), "pinned": (0, 2), "free": (2, 3), "guided": (1, 3)}
 
 
 def _sech(b: float) -> float:
@@ -62,8 +61,8 @@ def elastic_roots(left: str, right: str, count: int) -> np.ndarray:
 
 def elastic_shape(left: str, right: str, root: float) -> np.ndarray:
     """Coefficients of the shape at a root, of unit mean square and positive near the left end."""
-    rows = [_condition(0.0, order, root) for order in _VANISHING[left]]
-    rows += [_condition(1.0, order, root) for order in _VANISHING[right]]
+    rows = [_condition(0.0, order, root) for order in VANISHING[2][left]]
+    rows += [_condition(1.0, order, root) for order in VANISHING[2][right]]
     null_vector = np.linalg.svd(np.array(rows))[2][-1]
     shape = _normalised(np.concatenate([[0.0, 0.0], null_vector]), root)
     return shape * np.sign(terms(np.array([0.1 / root]), root) @ shape)

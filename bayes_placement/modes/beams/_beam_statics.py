@@ -15,7 +15,7 @@ from scipy.linalg import hilbert, null_space
 
 # Orders of the derivatives that vanish at each kind of end: of a bar (half the order of its
 # differential equation is 1) and of a beam (2).
-_VANISHING: dict[int, dict[str, tuple[int, ...]]] = {
+VANISHING: dict[int, dict[str, tuple[int, ...]]] = {
     1: {"fixed": (0,), "free": (1,)},
     2: {"fixed": (0, 1), "pinned": (0, 2), "free": (2, 3), "guided": (1, 3)},
 }
@@ -116,7 +116,7 @@ def _solved(
 
 def _end_conditions(half_order: int, ends: Ends) -> list[tuple[int, int]]:
     """Position, 0 or 1, and order of each derivative that vanishes."""
-    kinds = _VANISHING[half_order]
+    kinds = VANISHING[half_order]
     return [(position, order) for position, end in enumerate(ends) for order in kinds[end]]
 
 

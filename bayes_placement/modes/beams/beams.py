@@ -30,15 +30,6 @@ class UniformBar(UniformLine):
     (('fixed', 'fixed'), (0.0, 1.0), array([166.7, 333.3]))
     """
 
-    length: Parameter = eqx.field(metadata=unit("m", within=POSITIVE))
-    area: Parameter = eqx.field(metadata=unit("m2", within=POSITIVE))
-    youngs_modulus: Parameter = eqx.field(metadata=unit("Pa", within=POSITIVE))
-    density: Parameter = eqx.field(metadata=unit("kg/m3", within=POSITIVE))
-    wave_numbers: tuple[float, ...] = eqx.field(static=True)
-    ends: tuple[str, str] = eqx.field(static=True)
-    rigid_body_modes: int = eqx.field(static=True, repr=False)
-    axes: tuple[int, ...] = eqx.field(static=True, repr=False)
-    static_correction: bool = eqx.field(static=True, default=True, kw_only=True)
     half_order: ClassVar[int] = 1
 
     @property
@@ -61,10 +52,6 @@ class UniformBar(UniformLine):
         scale = (k / self.length) ** derivative
         return (scale * wave / jnp.sqrt(mean_square * mass))[None, :]
 
-    def bounds(self) -> tuple[float, Any]:
-        """Return the two ends of the bar [m]."""
-        return 0.0, _least_length(self.length)
-
 
 class UniformBeam(UniformLine):
     """Bending modes of a uniform Euler-Bernoulli beam; made by `beam`.
@@ -77,18 +64,9 @@ class UniformBeam(UniformLine):
     (('fixed', 'free'), 0, (0.0, 1.0))
     """
 
-    length: Parameter = eqx.field(metadata=unit("m", within=POSITIVE))
-    area: Parameter = eqx.field(metadata=unit("m2", within=POSITIVE))
     radius_of_gyration: Parameter | None = eqx.field(metadata=unit("m", within=POSITIVE))
     second_moment: Parameter | None = eqx.field(metadata=unit("m4", within=POSITIVE))
-    youngs_modulus: Parameter = eqx.field(metadata=unit("Pa", within=POSITIVE))
-    density: Parameter = eqx.field(metadata=unit("kg/m3", within=POSITIVE))
-    wave_numbers: tuple[float, ...] = eqx.field(static=True)
     coefficients: tuple[tuple[float, ...], ...] = eqx.field(static=True, repr=False)
-    ends: tuple[str, str] = eqx.field(static=True)
-    rigid_body_modes: int = eqx.field(static=True, repr=False)
-    axes: tuple[int, ...] = eqx.field(static=True, repr=False)
-    static_correction: bool = eqx.field(static=True, default=True, kw_only=True)
     half_order: ClassVar[int] = 2
 
     @property
@@ -114,10 +92,6 @@ class UniformBeam(UniformLine):
         unit_mass = jnp.sum(terms * jnp.array(self.coefficients), axis=-1)
         mass = self.density * self.area * self.length
         return unit_mass[None, :] / (jnp.sqrt(mass) * self.length**derivative)
-
-    def bounds(self) -> tuple[float, Any]:
-        """Return the two ends of the beam [m]."""
-        return 0.0, _least_length(self.length)
 
     def slope_matrix(self) -> Float[Array, "mode mode"]:
         """Integrals of phi_n' phi_m' over the length [1/(kg m)]."""
@@ -363,10 +337,3 @@ def _check(modes: int, **quantities: Parameter | None) -> None:
         present = value is not None or name not in _EITHER
         if present and not is_unknown(value) and not isinstance(value, jax.core.Tracer):
             finite_number(name, value, f"{name}=1.0, or a distribution")
-
-
-def _least_length(length: Parameter) -> Any:
-    """Least length of a number or a prior: a position on it is on every length."""
-    if is_unknown(length):
-        return float(length.support.lower_bound)  # type: ignore[union-attr]
-    return length  # which may be an input of a compiled function

@@ -1,6 +1,7 @@
 """Static response of uniform bars and beams: every static shape is a polynomial."""
 
 import abc
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -8,6 +9,8 @@ import numpy as np
 from jaxtyping import Array, Float
 from scipy.special import zeta
 
+from ..._ranges import POSITIVE
+from ..._sites import is_unknown, unit
 from ..._types import Parameter
 from ..modes import Coordinates, Flexibility, Modes, Orders
 from . import _beam_statics
@@ -22,19 +25,25 @@ class UniformLine(Modes):
     is balanced by the rigid-body acceleration that it causes.
     """
 
-    length: eqx.AbstractVar[Parameter]
-    area: eqx.AbstractVar[Parameter]
-    youngs_modulus: eqx.AbstractVar[Parameter]
-    density: eqx.AbstractVar[Parameter]
-    wave_numbers: eqx.AbstractVar[tuple[float, ...]]
-    ends: eqx.AbstractVar[tuple[str, str]]
-    static_correction: eqx.AbstractVar[bool]
+    length: Parameter = eqx.field(metadata=unit("m", within=POSITIVE))
+    area: Parameter = eqx.field(metadata=unit("m2", within=POSITIVE))
+    youngs_modulus: Parameter = eqx.field(metadata=unit("Pa", within=POSITIVE))
+    density: Parameter = eqx.field(metadata=unit("kg/m3", within=POSITIVE))
+    wave_numbers: tuple[float, ...] = eqx.field(static=True)
+    ends: tuple[str, str] = eqx.field(static=True)
+    rigid_body_modes: int = eqx.field(static=True, repr=False)
+    axes: tuple[int, ...] = eqx.field(static=True, repr=False)
+    static_correction: bool = eqx.field(static=True, default=True, kw_only=True)
     half_order: eqx.AbstractClassVar[int]
 
     @property
     @abc.abstractmethod
     def stiffness(self) -> Parameter:
         """Axial stiffness E A [N] of a bar, bending stiffness E I [N m2] of a beam."""
+
+    def bounds(self) -> tuple[float, Any]:
+        """Return the two ends [m]."""
+        return 0.0, _least_length(self.length)
 
     def static_flexibility(
         self, position: Coordinates, other: Coordinates, orders: Orders = (0, 0)
@@ -64,15 +73,8 @@ class UniformLine(Modes):
     ) -> Float[Array, ""]:
         """Green's function for unit stiffness and mass a length, and its derivatives.
 
-        Parameters
-        ----------
-        position, other
-            Positions of response and force [m]. Where a derivative is discontinuous, at equal
-            positions, it is the mean of both sides; delta functions are left out.
-        orders
-            Orders of the derivatives in the two positions.
-        power
-            1, or 2 for the Green's function applied twice.
+        Where a derivative is discontinuous, at equal positions [m], it is the mean of both sides;
+        delta functions are left out. Of power 2 it is the Green's function applied twice.
         """
         x, y = jnp.asarray(position / self.length), jnp.asarray(other / self.length)
         distance = jnp.asarray((position - other) / self.length)
@@ -91,3 +93,10 @@ class UniformLine(Modes):
         last = self.wave_numbers[-1] / np.pi
         share = last**growth * zeta(decay + growth, last + 1) / zeta(decay, last + 1)
         return float(share) / self.angular_frequency()[-1] ** 2
+
+
+def _least_length(length: Parameter) -> Any:
+    """Least length of a number or a prior: a position on it is on every length."""
+    if is_unknown(length):
+        return float(length.support.lower_bound)  # type: ignore[union-attr]
+    return length  # which may be an input of a compiled function
