@@ -6,13 +6,12 @@ from jaxtyping import Array, Int
 
 from ..modes.finite_elements.nodal_modes import NodalModes, nodal_of
 from ..modes.flexible_parts import StretchedMember
-from ..modes.underlying import underlying_nodal_modes
-from ._parts import centre, check_number, name_of
 from .axial_preload import preload_prior
-from .prelude import Hinged, Instruments, Location, Modes, Parameter, Scales, unit
+from .on_part import OnPart
+from .prelude import Instruments, Modes, Parameter, Scales, unit
 
 
-class MemberPreload(Hinged):
+class MemberPreload(OnPart):
     """A tension in one member of a frame, which adds its geometric stiffness.
 
     Przemieniecki, Theory of Matrix Structural Analysis, ch. 15. A compression is negative.
@@ -35,32 +34,24 @@ class MemberPreload(Hinged):
     """
 
     absent = ("tension", 0.0)
+    part = "member"
+    source = 'finite_elements.modes(..., members={"brace": geometric})'
     member: str | int | Int[Array | np.ndarray, ""]
     tension: Parameter = eqx.field(metadata=unit("N"))
     name: str = eqx.field(static=True, default="axial_preload", kw_only=True)
 
-    def on(self, modes: Modes) -> "MemberPreload":
-        """Return the effect with its member by number."""
-        if not isinstance(self.member, str):
-            check_number(self.member, underlying_nodal_modes(modes).members.names)
-            return self
-        number = underlying_nodal_modes(modes).members.number(self.member, "The member")
-        return type(self)(np.asarray(number), self.tension, name=self.name)
+    @staticmethod
+    def names(nodal: NodalModes) -> tuple[str, ...]:
+        """Names of all members."""
+        return nodal.members.names
 
     def hinges(self, modes: Modes) -> list[StretchedMember]:
         """One member that gains geometric stiffness."""
         return [StretchedMember(self.member, self.tension)]  # type: ignore[arg-type]
 
-    def location(self, modes: Modes, instruments: Instruments) -> Location | None:
-        """Centre of the member [m]."""
-        return centre(modes, self._name(modes))
-
     def setting(self, modes: Modes, instruments: Instruments) -> str:
         """Name of the member."""
         return f"tension in {self._name(modes)}"
-
-    def _name(self, modes: Modes) -> str:
-        return name_of(self.member, underlying_nodal_modes(modes).members.names)
 
     @classmethod
     def suggest(cls, scales: Scales) -> list["MemberPreload"]:

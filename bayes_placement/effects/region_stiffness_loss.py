@@ -5,15 +5,14 @@ import numpy as np
 from jaxtyping import Array, Int
 from numpyro.distributions import LogUniform
 
-from ..modes.finite_elements.nodal_modes import nodal_of
+from ..modes.finite_elements.nodal_modes import NodalModes, nodal_of
 from ..modes.flexible_parts import WeakenedRegion
-from ..modes.underlying import underlying_nodal_modes
-from ._parts import centre, check_number, name_of
-from .prelude import SHARE_LOST, Hinged, Instruments, Location, Modes, Parameter, Scales, unit
+from .on_part import OnPart
+from .prelude import SHARE_LOST, Modes, Parameter, Scales, unit
 from .signed import negative_log_uniform
 
 
-class RegionStiffnessLoss(Hinged):
+class RegionStiffnessLoss(OnPart):
     """A share of the stiffness lost in one region of a finite element model: damage, a bad bond.
 
     The stiffness is K - loss K_region (Friswell and Mottershead, Finite Element Model Updating in
@@ -39,32 +38,19 @@ class RegionStiffnessLoss(Hinged):
     absent = ("loss", 0.0)
     if_negative = "stiffer, not softer"
     acts_on = "region"
+    part = "region"
     region: str | int | Int[Array | np.ndarray, ""]
     loss: Parameter = eqx.field(metadata=unit("1", within=SHARE_LOST))
     name: str = eqx.field(static=True, default="local_stiffness_loss", kw_only=True)
 
-    def on(self, modes: Modes) -> "RegionStiffnessLoss":
-        """Return the effect with its region by number."""
-        if not isinstance(self.region, str):
-            check_number(self.region, underlying_nodal_modes(modes).regions.names)
-            return self
-        number = underlying_nodal_modes(modes).regions.number(self.region, "The region")
-        return type(self)(np.asarray(number), self.loss, name=self.name)
+    @staticmethod
+    def names(nodal: NodalModes) -> tuple[str, ...]:
+        """Names of all regions."""
+        return nodal.regions.names
 
     def hinges(self, modes: Modes) -> list[WeakenedRegion]:
         """The region, as a part of the model that becomes softer."""
         return [WeakenedRegion(self.region, self.loss)]  # type: ignore[arg-type]
-
-    def location(self, modes: Modes, instruments: Instruments) -> Location | None:
-        """Centre of the region [m]."""
-        return centre(modes, self._name(modes))
-
-    def setting(self, modes: Modes, instruments: Instruments) -> str:
-        """Name of the region."""
-        return f"region {self._name(modes)}"
-
-    def _name(self, modes: Modes) -> str:
-        return name_of(self.region, underlying_nodal_modes(modes).regions.names)
 
     @classmethod
     def suggest(cls, scales: Scales) -> list["RegionStiffnessLoss"]:

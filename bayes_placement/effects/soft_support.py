@@ -1,6 +1,6 @@
 """A support of a finite element model that is softer than assumed."""
 
-from typing import Any
+import dataclasses
 
 import equinox as eqx
 import numpy as np
@@ -9,11 +9,10 @@ from numpyro.distributions import LogUniform
 
 from ..modes.finite_elements.nodal_modes import NodalModes
 from ..modes.finite_elements.soft_supports import ANY_UNIT
-from ..modes.finite_elements.static_shapes import StaticShapes
 from ..modes.flexible_parts import SoftenedSupport
 from ..modes.underlying import underlying_nodal_modes
-from ._parts import centre, check_number, name_of
-from .prelude import Hinged, Instruments, Location, Modes, Parameter, Scales, unit
+from .on_part import OnPart
+from .prelude import Modes, Parameter, Scales, unit
 
 SOFTEST, STIFFEST = 10.0, 1e-6
 """Compliance over that of the structure in the softest pattern of the support: the prior."""
@@ -23,7 +22,7 @@ def _unit(support: "SoftSupport") -> str:
     return support.compliance_unit
 
 
-class SoftSupport(Hinged):
+class SoftSupport(OnPart):
     """A support of a finite element model with a compliance: a foot that rotates, a soft edge.
 
     Its constraint modes and the modes of the model together span the motion (Craig and Bampton,
@@ -49,40 +48,29 @@ class SoftSupport(Hinged):
     """
 
     absent = ("compliance", 0.0)
+    part = "support"
+    source = 'finite_elements.modes(..., soft={"foot": soft_supports.rotations(matrices, node)})'
     support: str | int | Int[Array | np.ndarray, ""]
     compliance: Parameter = eqx.field(metadata=unit(_unit))
     compliance_unit: str = eqx.field(static=True, default=ANY_UNIT, kw_only=True, repr=False)
     name: str = eqx.field(static=True, default="compliant_support", kw_only=True)
 
+    @staticmethod
+    def names(nodal: NodalModes) -> tuple[str, ...]:
+        """Names of all supports that may become soft."""
+        return nodal.static_shapes.supports
+
     def on(self, modes: Modes) -> "SoftSupport":
         """Return the effect with its support by number and the unit of its compliance."""
-        shapes = underlying_nodal_modes(modes).static_shapes
-        if not isinstance(self.support, str):
-            check_number(self.support, shapes.supports)
-            return self._of(shapes, self.support)
-        return self._of(shapes, np.asarray(shapes.support_number(self.support)))
-
-    def _of(self, shapes: StaticShapes, support: Any) -> "SoftSupport":
-        """Of a support by its number, which is not known where a program is compiled for all."""
-        unit_of = dict(enumerate(shapes.compliance_units))
-        is_known = isinstance(support, int | np.ndarray)
-        unit = unit_of.get(int(support), ANY_UNIT) if is_known else self.compliance_unit
-        return type(self)(support, self.compliance, compliance_unit=unit, name=self.name)
+        found = OnPart.on(self, modes)
+        units = underlying_nodal_modes(modes).static_shapes.compliance_units
+        if not units or not isinstance(found.support, int | np.ndarray):
+            return found  # a program is compiled for all supports
+        return dataclasses.replace(found, compliance_unit=units[int(found.support)])
 
     def hinges(self, modes: Modes) -> list[SoftenedSupport]:
         """The support, as a part of the model that becomes softer."""
         return [SoftenedSupport(self.support, self.compliance)]  # type: ignore[arg-type]
-
-    def location(self, modes: Modes, instruments: Instruments) -> Location | None:
-        """Centre of the support [m]."""
-        return centre(modes, self._name(modes))
-
-    def setting(self, modes: Modes, instruments: Instruments) -> str:
-        """Name of the support."""
-        return f"support {self._name(modes)}"
-
-    def _name(self, modes: Modes) -> str:
-        return name_of(self.support, underlying_nodal_modes(modes).static_shapes.supports)
 
     @classmethod
     def suggest(cls, scales: Scales) -> list["SoftSupport"]:

@@ -34,26 +34,3 @@ class NamedMatrices(eqx.Module):
                 )
         stacked = np.stack(list(parts.values())) if parts else np.zeros((0, count, count))
         return cls(of_jax(stacked), tuple(parts))
-
-    def number(self, name: str, owner: str) -> int:
-        """Return the number of a part.
-
-        Parameters
-        ----------
-        name
-            Name of the part.
-        owner
-            What was named, for the error.
-
-        Raises
-        ------
-        InputError
-            If there is no such part.
-        """
-        if name not in self.names:
-            raise InputError(
-                f'{owner} "{name}" was named, but the model has '
-                f"{', '.join(self.names) or 'none'}. Name one of these; they come with the "
-                "matrices of a model: finite_elements.modes(matrices, ...)."
-            )
-        return self.names.index(name)

@@ -13,7 +13,6 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 from scipy.linalg import block_diag, cholesky, eigh, solve_triangular
 
-from ..._types import InputError
 from .matrices import Matrices, Sparse
 from .modal_model import ModalModel
 from .soft_supports import SupportMotion
@@ -80,9 +79,9 @@ class StaticShapes(eqx.Module):
     flexibility: Square
     reaction: Square
     tension: Float[np.ndarray | Array, "member"]
-    supports: tuple[str, ...] = eqx.field(static=True)
-    regions: tuple[str, ...] = eqx.field(static=True)
-    members: tuple[str, ...] = eqx.field(static=True)
+    supports: tuple[str, ...] = eqx.field(static=True, default=())
+    regions: tuple[str, ...] = eqx.field(static=True, default=())
+    members: tuple[str, ...] = eqx.field(static=True, default=())
     compliance_units: tuple[str, ...] = eqx.field(static=True, default=())
 
     @property
@@ -108,9 +107,6 @@ class StaticShapes(eqx.Module):
             flexibility=jnp.asarray(self.flexibility)[block],
             reaction=jnp.asarray(self.reaction)[block],
             tension=jnp.zeros(0),
-            supports=(),
-            regions=(),
-            members=(),
         )
 
     def least_support_stiffness(self, natural: float) -> Float[np.ndarray, "support"]:
@@ -119,10 +115,7 @@ class StaticShapes(eqx.Module):
         A structure that follows a support without strain, such as a cantilever its clamp, resists
         by its inertia alone.
 
-        Parameters
-        ----------
-        natural
-            Angular frequency [rad/s] at which it resists: that of the first elastic mode.
+        It is that at the angular frequency of the first elastic mode [rad/s].
         """
         inertia = np.sum(np.asarray(self.participation) ** 2, axis=0)
         reaction, dynamic = np.diag(np.asarray(self.reaction)), natural**2 * inertia
@@ -130,36 +123,11 @@ class StaticShapes(eqx.Module):
         of_parts = resisting.reshape(-1, max(self.patterns_per_part, 1))
         return np.array([part[part > 0].min() for part in of_parts[: len(self.supports)]])
 
-    def support_number(self, name: str) -> int:
-        """Return the number of a support.
-
-        Raises
-        ------
-        InputError
-            If no support of that name may become soft.
-        """
-        if name not in self.supports:
-            raise InputError(
-                f'The support "{name}" was named, but of the model '
-                f"{', '.join(self.supports) or 'none'} may become soft. Name one of these; they "
-                'come with the modes: finite_elements.modes(..., soft={"'
-                f'{name}": soft_supports.rotations(matrices, node)}}).'
-            )
-        return self.supports.index(name)
-
 
 def no_static_shapes(rows: int, modes: int) -> StaticShapes:
     """No flexible parts."""
     empty = np.zeros((0, 0))
-    return StaticShapes(
-        np.zeros((rows, 0)),
-        np.zeros((modes, 0)),
-        *(empty, empty, empty, empty, empty),
-        tension=np.zeros(0),
-        supports=(),
-        regions=(),
-        members=(),
-    )
+    return StaticShapes(np.zeros((rows, 0)), np.zeros((modes, 0)), *(empty,) * 5, np.zeros(0))
 
 
 class LoadedShapes(NamedTuple):
@@ -198,10 +166,6 @@ def static_shapes(
     rows
         Rows at which shapes are wanted.
 
-    Raises
-    ------
-    InputError
-        If a row of a support is not held, or it can move as a rigid body.
     """
     modes = model.shape.shape[1]
     if not soft and (modes == _free(matrices) or not (matrices.regions or members)):

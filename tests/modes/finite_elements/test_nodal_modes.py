@@ -241,8 +241,11 @@ def test_an_interpolation_of_another_model_is_refused():
 
 
 def test_a_part_that_does_not_exist_is_refused():
-    with pytest.raises(ValueError, match='The region "roof" was named, but the model has none'):
-        built()[1].regions.number("roof", "The region")
+    loss = bp.effects.region_stiffness_loss("roof", 0.1)
+    with pytest.raises(ValueError, match="region='roof' was given, but the model has none"):
+        loss.on(built()[1])
+    with pytest.raises(ValueError, match="region=0 was given, but the model has none"):
+        dataclasses.replace(loss, region=0).on(built()[1])
 
 
 # Natural frequencies and modal masses as unknowns.
