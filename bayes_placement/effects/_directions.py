@@ -16,15 +16,6 @@ def check_direction(effect: str, direction: Sequence[Any] | None, axes: Sequence
     """Refuse a direction that points nowhere, or across every motion of the structure.
 
     What is a distribution, or computed, is not known yet and passes.
-
-    Parameters
-    ----------
-    effect
-        Name of the effect, for the error.
-    direction
-        Its direction; None for every one in which the structure moves.
-    axes
-        Axes along which the structure moves, 1 to 3 for x to z.
     """
     if direction is None:
         return

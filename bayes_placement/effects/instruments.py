@@ -55,13 +55,7 @@ class Instruments(NamedTuple):
     actuators: Mapping[str, Any]
 
     def side(self, side: str) -> Mapping[str, TransducerProtocol]:
-        """Transducers of one side, `sensor` or `actuator`.
-
-        Raises
-        ------
-        InputError
-            If it is called otherwise.
-        """
+        """Transducers of one side, `sensor` or `actuator`."""
         if side not in ("sensor", "actuator"):
             raise InputError(
                 f"side={shown(side)} was given; 'sensor' or 'actuator' is needed, since every "
@@ -81,13 +75,7 @@ class Instruments(NamedTuple):
         return joined([item.points(axes, with_slopes=on_arms) for item in transducers])
 
     def side_of(self, transducer: Number) -> str:
-        """Side of a transducer of this name, sensors first; of a number, `sensor`.
-
-        Raises
-        ------
-        InputError
-            If there is no transducer of this name.
-        """
+        """Side of a transducer of this name, sensors first; of a number, `sensor`."""
         if not isinstance(transducer, str) or transducer in self.sensors:
             return "sensor"
         if transducer in self.actuators:
@@ -106,11 +94,6 @@ class Instruments(NamedTuple):
         """Number of a transducer among those of its side.
 
         Effects on different transducers then differ in a number only, and are compiled once.
-
-        Raises
-        ------
-        InputError
-            If there is no transducer of this name.
         """
         names = [*self.side(side)]
         if isinstance(transducer, int) and 0 <= transducer < len(names):

@@ -23,13 +23,7 @@ SHARPEST = 0.1
 
 
 def known_factor(mean: float, standard_deviation: float) -> str:
-    """Name of the known wrong factor that an estimate may be; empty where there is none.
-
-    Parameters
-    ----------
-    mean, standard_deviation
-        Estimate of a factor [1].
-    """
+    """Name of the known wrong factor that an estimate may be; empty where there is none."""
     if not 0 <= standard_deviation <= SHARPEST * abs(mean):
         return ""
     if abs(mean - 1.0) <= WIDTH * standard_deviation:

@@ -52,16 +52,8 @@ def attached(
 ) -> Complex[Array, "response-1 reference-1 frequency"]:
     """Receptance between all points but the last, the port that feels the law.
 
-    Parameters
-    ----------
-    matrix
-        Receptance between sensors, actuators and the port.
-    law
-        What is attached.
-    omega
-        Angular frequencies [rad/s].
-    force
-        Amplitude of the force of each actuator, which drives alone [N].
+    The matrix is between sensors, actuators and the port. Each actuator drives alone, by a force of
+    this amplitude [N].
     """
     driving_point, driven = matrix[-1, -1], matrix[-1, :-1]
     moved = amplitude(law, omega, driving_point, driven * force)
@@ -78,16 +70,7 @@ def amplitude(
 ) -> Amplitude:
     """Least amplitude of the port at which forces balance [m].
 
-    Parameters
-    ----------
-    law
-        What is attached.
-    omega
-        Angular frequencies [rad/s].
-    driving_point
-        Receptance of the port without it [m/N].
-    free
-        Displacement of the port without it [m].
+    Without the law the port has the driving-point receptance [m/N], and the free displacement [m].
     """
     square = _squared(free)
     moves = square > 0

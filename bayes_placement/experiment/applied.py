@@ -43,15 +43,7 @@ class Applied(Effect):
 
 
 class AppliedLaw(Applied, OnPorts):
-    """A law of which the ports and the dynamic stiffness at each line are known.
-
-    Parameters
-    ----------
-    points
-        The ports.
-    numerator, denominator
-        Dynamic stiffness N / D of each port at the lines.
-    """
+    """A law of which the ports and the dynamic stiffness at each line are known."""
 
     absent: ClassVar[tuple[str, float]] = ("numerator", 0.0)
     points: Points
@@ -65,15 +57,7 @@ class AppliedLaw(Applied, OnPorts):
 
 
 class AppliedModulus(Applied, Modulus):
-    """A modulus that is known at each line.
-
-    Parameters
-    ----------
-    excess
-        What is added to the modulus at the lines, over the modulus as drawn [1].
-    kept
-        Share of the damping law that remains [1].
-    """
+    """A modulus that is known at each line."""
 
     absent: ClassVar[tuple[str, float]] = ("excess", 0.0)
     excess: Complex[Array, "frequency"] = eqx.field(metadata={"unit": "1"})
@@ -90,13 +74,7 @@ class AppliedModulus(Applied, Modulus):
 
 
 class AppliedFactor(Applied, InstrumentEffect):
-    """A factor on each FRF that is known at each line.
-
-    Parameters
-    ----------
-    known
-        The factor [1].
-    """
+    """A factor on each FRF that is known at each line."""
 
     absent: ClassVar[tuple[str, float]] = ("known", 1.0)
     known: Complex[Array, "sensor actuator frequency"] = eqx.field(metadata={"unit": "1"})
@@ -114,11 +92,6 @@ def applied(known: Experiment) -> Experiment:
 
     Where modes are observed, or an effect needs the response at other frequencies than the lines,
     the experiment stays as it is.
-
-    Parameters
-    ----------
-    known
-        An experiment whose unknowns have values, but for the output error.
     """
     if known.observe.is_modal or needs_other_lines(known):
         return known

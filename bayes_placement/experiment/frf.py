@@ -267,13 +267,7 @@ def _coupled(
 
 
 def _single(attachments: Sequence[AmplitudeAttachment], modes: Modes) -> AmplitudeAttachment:
-    """Return the only attachment whose stiffness depends on the amplitude, along one direction.
-
-    Raises
-    ------
-    InputError
-        If there are several, or it acts along several directions.
-    """
+    """Return the only attachment whose stiffness depends on the amplitude, along one direction."""
     last = attachments[-1]
     if len(attachments) > 1:
         names = " and ".join(attachment.name for attachment in attachments)

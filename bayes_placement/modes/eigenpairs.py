@@ -80,19 +80,9 @@ def with_coupling(
 ) -> Receptance:
     """Receptance with the first-order change by a coupling of modes whose value is zero.
 
-    Parameters
-    ----------
-    receptance
-        Receptance without it [m/N].
-    coupling
-        Stiffness [(rad/s)^2] between modes of one frequency: zero, with a derivative.
-    response, reference
-        Modal receptances times the shapes at the points of response and of reference.
-
-    Returns
-    -------
-    Receptance
-        The same receptance; its derivative has - response d(coupling) reference besides.
+    The coupling is a stiffness [(rad/s)^2] between modes of one frequency; response and reference
+    are modal receptances times the shapes at the points of each. The receptance stays the same, but
+    its derivative has - response d(coupling) reference besides.
     """
     return receptance
 

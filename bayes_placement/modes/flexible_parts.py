@@ -51,13 +51,7 @@ class SoftenedSupport(NamedTuple):
         return bool(static_shapes.supports)
 
     def stiffness(self, nodal: NodalModes) -> Matrix:
-        """Raise, since the kept modes do not move at a support.
-
-        Raises
-        ------
-        InputError
-            Always.
-        """
+        """Raise, since the kept modes do not move at a support."""
         raise InputError(
             "A support was to become soft, but its static shapes are not known for these modes: "
             "they are those of one stiffness matrix, which only youngs_modulus and density may "
@@ -158,11 +152,6 @@ def with_flexible_parts(modes: Modes, parts: Sequence[FlexiblePart]) -> Modes:
     """Change parts of a finite element model, all at once.
 
     Where static shapes are not known, in the span of the kept modes, by the procedure of Ritz.
-
-    Raises
-    ------
-    InputError
-        If a support becomes soft whose static shapes are not known.
     """
     nodal = underlying_nodal_modes(modes)
     if modes is nodal and all(part.has_static_shapes(nodal.static_shapes) for part in parts):

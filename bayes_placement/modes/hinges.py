@@ -59,13 +59,7 @@ class _ResidualCuts(ResidualShapes):
 
 
 def with_compliance(modes: Modes, compliances: Sequence[Hinge | FlexiblePart]) -> Modes:
-    """Put hinges in a uniform bar or beam, or make parts of a finite element model flexible.
-
-    Raises
-    ------
-    InputError
-        If the structure is no uniform bar or beam, or its supports cannot move.
-    """
+    """Put hinges in a uniform bar or beam, or make parts of a finite element model flexible."""
     hinges = [hinge for hinge in compliances if isinstance(hinge, Hinge)]
     if not hinges:
         return with_flexible_parts(

@@ -30,14 +30,7 @@ class ResidualShapes(eqx.Module):
     ) -> Float[Array, "axis static_shape"]:
         """Shapes or their derivatives at a position [m].
 
-        Parameters
-        ----------
-        position
-            Where they are read [m].
-        derivative
-            Order of the derivative in position.
-        mode_shapes
-            Shapes of the kept modes there, or their derivatives.
+        Those of the kept modes there, or their derivatives, are given.
         """
 
 

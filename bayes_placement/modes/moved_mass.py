@@ -18,10 +18,5 @@ def moved_mass(squares: Squares) -> float:
     ----------
     squares
         Squares of mass-normalised shapes [1/kg], summed over directions, at each place.
-
-    Examples
-    --------
-    >>> moved_mass(np.array([[0.5, 0.7], [0.0, 0.3], [1.0, 0.5]]))
-    2.0
     """
     return float(1 / np.median(np.mean(np.asarray(squares, float), axis=0)))

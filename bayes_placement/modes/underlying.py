@@ -9,13 +9,7 @@ from .modes import Modes
 
 
 def underlying_line(modes: Modes) -> UniformLine:
-    """Return the uniform bar or beam beneath changed modes.
-
-    Raises
-    ------
-    InputError
-        If there is none.
-    """
+    """Return the uniform bar or beam beneath changed modes."""
     if isinstance(modes, UniformLine):
         return modes
     if isinstance(modes, DerivedModes):
@@ -27,13 +21,7 @@ def underlying_line(modes: Modes) -> UniformLine:
 
 
 def underlying_nodal_modes(modes: Modes) -> NodalModes:
-    """Return the modes of the finite element model beneath changed ones.
-
-    Raises
-    ------
-    InputError
-        If there are none.
-    """
+    """Return the modes of the finite element model beneath changed ones."""
     if isinstance(modes, DerivedModes):
         return underlying_nodal_modes(modes.modes)
     nodal = nodal_of(modes)
@@ -48,17 +36,7 @@ def underlying_nodal_modes(modes: Modes) -> NodalModes:
 def required_line(modes: Modes, effect: str, alternative: str) -> UniformLine:
     """Return the uniform bar or beam that an effect needs.
 
-    Parameters
-    ----------
-    modes
-        Modes that the effect was added to.
-    effect, alternative
-        Name of the effect, and what a finite element model takes in its place, for the error.
-
-    Raises
-    ------
-    InputError
-        If there is none.
+    The alternative is what a finite element model takes in the place of the effect, for the error.
     """
     if nodal_of(modes) is not None:
         raise InputError(
@@ -71,19 +49,7 @@ def required_line(modes: Modes, effect: str, alternative: str) -> UniformLine:
 def required_beam(modes: Modes, effect: str, reason: str, alternative: str) -> UniformBeam:
     """Return the uniform beam that an effect needs.
 
-    Parameters
-    ----------
-    modes
-        Modes that the effect was added to.
-    effect, alternative
-        As for `required_line`.
-    reason
-        What a bar lacks.
-
-    Raises
-    ------
-    InputError
-        If there is none.
+    The reason says what a bar lacks, the alternative is as for `required_line`.
     """
     line = required_line(modes, effect, alternative)
     if not isinstance(line, UniformBeam):

@@ -36,12 +36,7 @@ class PieceShares(NamedTuple):
 class Excess(NamedTuple):
     """What uneven pieces add to the modal matrices of the structure beneath all changes.
 
-    Parameters
-    ----------
-    stiffness
-        Modal stiffness over omega_r omega_s [1].
-    mass
-        Modal mass [1].
+    The modal stiffness is over omega_r omega_s [1], as the shares of a piece.
     """
 
     stiffness: Float[Array, "mode mode"]

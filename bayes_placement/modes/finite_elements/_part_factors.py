@@ -25,13 +25,7 @@ Powers: TypeAlias = Mapping[str, Mapping[str, float | int]]
 
 
 def complete(powers: Powers, parts: Collection[str], parameters: Collection[str]) -> Powers:
-    """Powers of all parts; by default 1, of the parameter of the same name.
-
-    Raises
-    ------
-    InputError
-        If a power belongs to no part, a part to no parameter, or a parameter to no part.
-    """
+    """Powers of all parts; by default 1, of the parameter of the same name."""
     completed = {part: powers.get(part, {part: 1}) for part in parts}
     unknown_parts = [part for part in powers if part not in completed]
     if unknown_parts:
@@ -70,11 +64,6 @@ def ranges(
         Powers of the parameters in the factor of each part.
     known
         Ranges of some parameters in place of these.
-
-    Raises
-    ------
-    InputError
-        If a range is not positive.
     """
     limits = {
         name: _checked(name, known.get(name) or _range(value)) for name, value in parameters.items()

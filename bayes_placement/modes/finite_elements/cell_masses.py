@@ -21,15 +21,7 @@ ROUNDING = 1e-9
 
 
 def cell_masses(matrices: Matrices, model: ModalModel) -> Float[np.ndarray, "cell mode mode"]:
-    """Mass of each cell over the modes; that of all cells is the mass of the model.
-
-    Parameters
-    ----------
-    matrices
-        Matrices with the nodes.
-    model
-        Modes, or vectors of a basis, on all of its rows.
-    """
+    """Mass of each cell over the modes; that of all cells is the mass of the model."""
     cell = _cells(matrices.position)[matrices.node_index]
     inertia = matrices.mass @ model.shape
     masses = []
@@ -44,13 +36,7 @@ def cell_masses(matrices: Matrices, model: ModalModel) -> Float[np.ndarray, "cel
 def checked_cell_masses(
     masses: np.ndarray | None, count: int
 ) -> Float[np.ndarray, "cell mode mode"]:
-    """Return masses of cells over so many modes; by default all is one cell.
-
-    Raises
-    ------
-    InputError
-        If they are not over the modes.
-    """
+    """Return masses of cells over so many modes; by default all is one cell."""
     if masses is None:
         return np.eye(count)[None]
     if np.ndim(masses) != 3 or np.shape(masses)[1:] != (count, count) or not len(masses):

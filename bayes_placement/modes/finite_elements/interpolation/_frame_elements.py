@@ -75,11 +75,6 @@ def kinematics(
 
     In the last, translations give the motion across, rotations the slope theta x e of the axis
     (dv/dx = theta_z, dw/dx = -theta_y in any local axes).
-
-    Raises
-    ------
-    InputError
-        If an element has no length.
     """
     ends = model.position[elements]
     chord = ends[:, 1] - ends[:, 0]

@@ -133,13 +133,7 @@ def rows_of(model: NodalModel, directions: tuple[int, ...]) -> Int[np.ndarray, "
 def element_rows(
     model: NodalModel, elements: Int[np.ndarray, "element corner"], directions: tuple[int, ...]
 ) -> Int[np.ndarray, "element entry"]:
-    """Rows of the corners of elements, corner by corner.
-
-    Raises
-    ------
-    InputError
-        If a corner is no index of a node, or lacks a degree of freedom.
-    """
+    """Rows of the corners of elements, corner by corner."""
     count = len(model.node)
     if len(elements) == 0 or elements.min() < 0 or elements.max() >= count:
         raise InputError(

@@ -31,16 +31,8 @@ def receptance(
     Modal damping couples all rows. The modal displacements y = U^T x are therefore kept as
     unknowns, so that the equations stay sparse but for their border.
 
-    Parameters
-    ----------
-    stiffness, mass
-        Matrices, the stiffness with its loss factor.
-    damping
-        Damping of chosen modes.
-    read, driven
-        Weights of the rows in each displacement, and of each force on the rows.
-    omega
-        Angular frequencies [rad/s].
+    The stiffness has its loss factor. `read` and `driven` are the weights of the rows in each
+    displacement, and of each force on the rows; omega is in rad/s.
     """
     modes = damping.rate.size
     right = np.vstack([driven, np.zeros((modes, driven.shape[1]))]).astype(complex)

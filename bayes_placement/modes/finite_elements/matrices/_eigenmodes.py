@@ -33,11 +33,6 @@ def lowest(flexibility: StaticFlexibility, count: int) -> Eigenmodes:
     The operator is the static flexibility, in which no rigid-body mode is left. Single-vector
     Lanczos may miss a copy of a repeated mode. Sturm's count of the modes below the last one
     shows it (Bathe, Finite Element Procedures, section 11.6).
-
-    Raises
-    ------
-    InputError
-        If the structure has fewer modes, or its stiffness is not positive semi-definite.
     """
     if count < 1:
         return _none(flexibility)
@@ -57,11 +52,6 @@ def modes_below(flexibility: StaticFlexibility, eigenvalue: float) -> int:
     """Number of modes, rigid-body modes included, below an eigenvalue [(rad/s)^2].
 
     The negative pivots of K - omega^2 M, by Sylvester's law of inertia.
-
-    Raises
-    ------
-    NumericalError
-        If no factor nearby can be trusted.
     """
     for relative in SHIFTS:
         shift = (1 + relative) * eigenvalue

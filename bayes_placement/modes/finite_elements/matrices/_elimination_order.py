@@ -20,14 +20,8 @@ def nested_dissection(
     George, Nested dissection of a regular finite element mesh, 1973, DOI 10.1137/0710032, with the
     halves cut by coordinates.
 
-    Parameters
-    ----------
-    couplings
-        A symmetric matrix with the pattern of the one to be factorised.
-    node
-        Index of the node of each row.
-    position
-        Coordinates of each node.
+    Couplings are symmetric and have the pattern of what is factorised; `node` is the index of the
+    node of each row.
     """
     rows = np.arange(node.size)
     node_of_row = csr_array((np.ones(node.size), (rows, node)), shape=(node.size, len(position)))

@@ -109,23 +109,7 @@ def reduced_basis(
     DOI 10.1007/s11831-008-9019-9). The estimate is then checked by full solutions at fresh points;
     where one disagrees, its modes are added, and the search is repeated.
 
-    Parameters
-    ----------
-    flexibility
-        Nominal matrices on the rows that may move.
-    affine
-        Parts on the same rows, and the box of their factors.
-    up_to
-        Natural frequencies up to this one [Hz] are to be accurate.
-    tolerance
-        Largest relative error allowed.
-    margin
-        The basis begins with the nominal modes up to `margin` times `up_to`.
-
-    Raises
-    ------
-    InputError
-        If the tolerance is not reached.
+    Arguments are those of `Matrices.reduced_basis`, on the rows that may move.
     """
     check_policy(up_to, tolerance, margin)
     eigenvalue = (2 * np.pi * up_to) ** 2

@@ -22,13 +22,8 @@ def geometric_fields(
 ) -> Float[np.ndarray, "row 6"]:
     """Three translations and three rotations about the centre, the largest displacement about 1.
 
-    Parameters
-    ----------
-    position
-        Coordinates [m] of the node of each row.
-    direction
-        Direction of each row: 1 to 6 for x, y, z and the rotations about them. Others, such as
-        the twist of a plate, do not take part in a rigid-body motion.
+    Directions of rows are 1 to 6 for x, y, z and the rotations about them. Others, such as the
+    twist of a plate, do not take part.
     """
     arm = position - position.mean(axis=0)
     size = np.linalg.norm(arm, axis=1).max() or 1.0
@@ -50,14 +45,7 @@ def free_fields(
 ) -> Float[np.ndarray, "row free"]:
     """Combinations of fields that vanish where the structure is held and need no force.
 
-    Parameters
-    ----------
-    stiffness
-        Stiffness on the rows that are not held.
-    fields
-        Fields on these rows.
-    fixed
-        The same fields on the rows that are held.
+    The fields are on the rows that are not held, as the stiffness, and on those that are.
     """
     if fixed.size:
         fields = fields @ null_space(fixed, rcond=RANK)

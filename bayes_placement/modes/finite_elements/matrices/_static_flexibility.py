@@ -90,22 +90,7 @@ def static_flexibility(
     fields: Float[np.ndarray, "row field"],
     direction: Int[np.ndarray, "row"],
 ) -> StaticFlexibility:
-    """Factorise a stiffness once the motions without strain energy are pinned.
-
-    Parameters
-    ----------
-    stiffness, mass
-        Matrices on the rows that may move, in the order of elimination.
-    fields
-        Rigid-body fields that the supports and springs leave.
-    direction
-        Direction, 1 to 7, of each row.
-
-    Raises
-    ------
-    InputError
-        If there are too many motions without strain energy, or one of them has no mass.
-    """
+    """Factorise a stiffness once the motions without strain energy are pinned."""
     for _ in range(MECHANISMS + 1):
         fields = mass_orthonormal(fields, mass)
         pinned = rigid_body.pins(fields, direction)
@@ -127,13 +112,7 @@ def static_flexibility(
 def mass_orthonormal(
     fields: Float[np.ndarray, "row field"], mass: csc_array
 ) -> Float[np.ndarray, "row field"]:
-    """Fields of modal mass 1 and without coupling by mass, each with its largest entry positive.
-
-    Raises
-    ------
-    InputError
-        If a combination of them has no mass.
-    """
+    """Fields of modal mass 1 and without coupling by mass, each with its largest entry positive."""
     if not fields.shape[1]:
         return fields
     fields = fields / np.abs(fields).max(axis=0)
