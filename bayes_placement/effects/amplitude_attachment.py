@@ -4,10 +4,11 @@ import abc
 from collections.abc import Iterable
 from typing import Any, ClassVar
 
+import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Inexact
 
-from .effect import AtPlace, Effect, Omega
+from .effect import AtPlace, Direction, Effect, Omega
 from .scales import Axis, Scales
 
 
@@ -25,6 +26,7 @@ class AmplitudeAttachment(AtPlace):
     """
 
     may_repeat: ClassVar[bool] = False  # their describing functions would depend on each other
+    direction: Direction = eqx.field(default=None, kw_only=True)
 
     @abc.abstractmethod
     def equivalent_stiffness(

@@ -4,7 +4,7 @@ import equinox as eqx
 
 from .._sites import TURNS
 from ..modes.ports import MOTIONS, rotation
-from .effect import Direction, NetworkAttachment, Place
+from .effect import NetworkAttachment
 from .on_rotation import Footprint, check_rotation
 from .one_of import check_one_of
 from .prelude import Law, Modes, Parameter, Points, Scales, coordinates, unit
@@ -37,12 +37,10 @@ class Attached(NetworkAttachment):
 
     tried_by_default = False
     absent = ("strength", 0.0)
-    at: Place = eqx.field(metadata=unit("m"))
     law: Law = eqx.field(metadata={TURNS: lambda effect: effect.motion == "rotation"})
     strength: Parameter = eqx.field(metadata=unit("1"), default=1.0)
     motion: str = eqx.field(static=True, default="displacement", kw_only=True)
     footprint: Footprint = eqx.field(default=None, kw_only=True)
-    direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="attached", kw_only=True)
 
     @property

@@ -35,8 +35,6 @@ class ChannelDelay(OnTransducer):
     absent = ("delay", 0.0)
     transducer: Number
     delay: Parameter = eqx.field(metadata=unit("s", within=DELAY))
-    side: str = eqx.field(static=True, default="", kw_only=True)
-    direction: Number | None = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="channel_delay", kw_only=True)
 
     def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:

@@ -6,8 +6,7 @@ from jaxtyping import Array, Complex, Float
 from numpyro.distributions import LogUniform
 
 from .amplitude_attachment import AmplitudeAttachment, circle_segment, limited_share, tried_places
-from .effect import Direction, Omega, Place, at_each
-from .prelude import NOT_NEGATIVE, POSITIVE, Parameter, Scales, unit
+from .prelude import NOT_NEGATIVE, POSITIVE, Omega, Parameter, Scales, at_each, unit
 
 
 class CoulombFriction(AmplitudeAttachment):
@@ -42,10 +41,8 @@ class CoulombFriction(AmplitudeAttachment):
     changes_modes = False
     # The force and not the stiffness: weak friction loses energy, a weak contact is a spring.
     absent = ("force", 0.0)
-    at: Place = eqx.field(metadata=unit("m"))
     force: Parameter = eqx.field(metadata=unit("N", within=NOT_NEGATIVE))
     stiffness: Parameter = eqx.field(metadata=unit("N/m", within=POSITIVE))
-    direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="coulomb_friction", kw_only=True)
 
     def equivalent_stiffness(
@@ -67,4 +64,4 @@ class CoulombFriction(AmplitudeAttachment):
         greatest = scales.stiffness * displacement
         force = LogUniform(1e-4 * greatest, greatest)
         stiffness = LogUniform(1e-2 * scales.stiffness, 1e2 * scales.stiffness)
-        return at_each(cls, places, force=force, stiffness=stiffness)
+        return at_each(cls, places, force, stiffness)

@@ -5,7 +5,7 @@ from jaxtyping import Array, Float
 from numpyro.distributions import LogUniform
 
 from .amplitude_attachment import AmplitudeAttachment, tried_places
-from .prelude import Direction, Omega, Parameter, Place, Scales, at_each, unit
+from .prelude import Omega, Parameter, Scales, at_each, unit
 
 
 class CubicStiffness(AmplitudeAttachment):
@@ -34,9 +34,7 @@ class CubicStiffness(AmplitudeAttachment):
 
     changes_modes = False
     absent = ("stiffness", 0.0)
-    at: Place = eqx.field(metadata=unit("m"))
     stiffness: Parameter = eqx.field(metadata=unit("N/m3"))
-    direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="cubic_stiffness", kw_only=True)
 
     def equivalent_stiffness(
@@ -51,4 +49,4 @@ class CubicStiffness(AmplitudeAttachment):
         displacement, places = tried_places(scales)
         middle = scales.stiffness / displacement**2
         stiffness = LogUniform(1e-4 * middle, 1e4 * middle)
-        return at_each(cls, places, stiffness=stiffness)
+        return at_each(cls, places, stiffness)

@@ -6,11 +6,11 @@ import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform
 
-from .._ranges import POSITIVE, SIGNED_LOSS_FACTOR
 from ..modes.ports import cuts_over, over
 from ..modes.underlying import required_line, underlying_line
-from .effect import AtPlace, Omega, OnPorts, Place, Stiffness, placed
-from .prelude import Modes, Parameter, PortLaw, Scales, coordinates, unit
+from .effect import AtPlace, Omega, OnPorts, Stiffness, placed
+from .port_law import PortLaw
+from .prelude import POSITIVE, SIGNED_LOSS_FACTOR, Modes, Parameter, Scales, coordinates, unit
 
 
 class DampingLayer(AtPlace, OnPorts):
@@ -38,7 +38,6 @@ class DampingLayer(AtPlace, OnPorts):
     tried_last = True
     absent = ("loss_factor", 0.0)
     acts_on = "region"
-    at: Place = eqx.field(metadata=unit("m"))
     extent: Parameter = eqx.field(metadata=unit("m", within=POSITIVE))
     loss_factor: Parameter = eqx.field(metadata=unit("1", within=SIGNED_LOSS_FACTOR))
     name: str = eqx.field(static=True, default="damping_layer", kw_only=True)

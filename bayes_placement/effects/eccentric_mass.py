@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from numpyro.distributions import LogUniform, Uniform
 
 from ..modes.ports import beside, rotation
-from .effect import AtPlace, Omega, OnPorts, Place, Stiffness
+from .effect import AtPlace, Omega, OnPorts, Stiffness
 from .on_rotation import bending_scale
 from .prelude import NOT_NEGATIVE, Mass, Modes, Parameter, PortLaw, Scales, coordinates, unit
 
@@ -39,7 +39,6 @@ class EccentricMass(AtPlace, OnPorts):
 
     absent = ("mass", 0.0)
     acts_on = "body"
-    at: Place = eqx.field(metadata=unit("m"))
     mass: Parameter = eqx.field(metadata=unit("kg"))
     radius_of_gyration: Parameter = eqx.field(metadata=unit("m", within=NOT_NEGATIVE))
     offset: Parameter = eqx.field(metadata=unit("m"), default=0.0)

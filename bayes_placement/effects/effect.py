@@ -9,7 +9,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float, Inexact
 
-from .._sites import is_unknown
+from .._sites import is_unknown, unit
 from .._types import Parameter, check_annotated
 from ..laws.law import Law
 from ..modes.flexible_parts import FlexiblePart
@@ -197,7 +197,7 @@ class AtPlace(StructureEffect):
     """An effect at one place of the structure, along one direction or in every one."""
 
     place_fields: ClassVar[tuple[str, ...]] = ("at",)
-    at: eqx.AbstractVar[Place]
+    at: Place = eqx.field(metadata=unit("m"))
 
     @property
     def direction(self) -> Direction:
@@ -210,13 +210,7 @@ class AtPlace(StructureEffect):
         return "displacement"
 
     def on(self: SelfAtPlace, modes: Modes) -> SelfAtPlace:
-        """Return the effect placed on a structure, a tolerance region as the uniform prior.
-
-        Raises
-        ------
-        InputError
-            If the place lies outside, or the structure does not move along the direction.
-        """
+        """Return the effect placed on a structure, a tolerance region as the uniform prior."""
         check_direction(self.name, self.direction, modes.axes)
         return placed(self, modes)
 
@@ -271,6 +265,8 @@ class Attachment(AtPlace, OnPorts):
     >>> issubclass(bp.effects.point_mass, bp.effects.Attachment)
     True
     """
+
+    direction: Direction = eqx.field(default=None, kw_only=True)
 
     @abc.abstractmethod
     def dynamic_stiffness(self, omega: Omega) -> Stiffness:
@@ -370,20 +366,14 @@ class Hinged(StructureEffect):
 
 
 def at_each(
-    kind: Callable[..., Placed], places: Sequence[tuple[Any, Axis]], **numbers: Any
+    kind: Callable[..., Placed], places: Sequence[tuple[Any, Axis]], *numbers: Any
 ) -> list[Placed]:
     """Effects of one kind at places and along directions, with the same priors of their numbers."""
-    return [kind(place, direction=direction, **numbers) for place, direction in places]
+    return [kind(place, *numbers, direction=direction) for place, direction in places]
 
 
 def placed(effect: Placed, modes: Modes, field: str = "at") -> Placed:
-    """Return an effect with a place as numbers or distributions on a structure.
-
-    Raises
-    ------
-    InputError
-        If the place lies outside the structure.
-    """
+    """Return an effect with a place as numbers or distributions on a structure."""
     place: Any = _at.position_on(
         getattr(effect, field), modes.bounds(), f'Effect "{effect.name}"', "place"
     )

@@ -1,10 +1,9 @@
 """A bed of springs under a part of the structure."""
 
 import equinox as eqx
-from numpyro.distributions import LogUniform
 
 from .over_extent import Extent, OverExtent
-from .prelude import NOT_NEGATIVE, Direction, Parameter, Place, Scales, Spring, unit
+from .prelude import NOT_NEGATIVE, Parameter, Scales, Spring, unit
 
 
 class Foundation(OverExtent):
@@ -32,10 +31,8 @@ class Foundation(OverExtent):
     """
 
     absent = ("stiffness", 0.0)
-    at: Place = eqx.field(metadata=unit("m"))
     extent: Extent = eqx.field(metadata=unit("m", within=NOT_NEGATIVE))
     stiffness: Parameter = eqx.field(metadata=unit("N/m"))
-    direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="foundation", kw_only=True)
 
     def network(self) -> Spring:
@@ -45,8 +42,4 @@ class Foundation(OverExtent):
     @classmethod
     def suggest(cls, scales: Scales) -> list["Foundation"]:
         """1e-5 to 100 times the modal stiffness, under any part of the structure."""
-        extents, size = (
-            scales.extents(),
-            LogUniform(1e-5 * scales.stiffness, 1e2 * scales.stiffness),
-        )
-        return [cls(place, extent, size) for place, extent in extents]
+        return [cls(place, extent, scales.any_stiffness) for place, extent in scales.extents()]

@@ -38,8 +38,6 @@ class FrequencyDrift(OnTransducer):
     absent = ("drift", 0.0)
     transducer: Number
     drift: Parameter = eqx.field(metadata=unit("1", within=RELATIVE))
-    side: str = eqx.field(static=True, default="", kw_only=True)
-    direction: Number | None = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="frequency_drift", kw_only=True)
 
     def evaluated(

@@ -40,8 +40,6 @@ class GainError(OnTransducer):
     absent = ("error", 0.0)
     transducer: Number
     error: Parameter = eqx.field(metadata=unit("1"))
-    side: str = eqx.field(static=True, default="", kw_only=True)
-    direction: Number | None = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="gain_error", kw_only=True)
 
     def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:

@@ -6,7 +6,7 @@ from jaxtyping import Array, Float
 from numpyro.distributions import LogUniform
 
 from .amplitude_attachment import AmplitudeAttachment, circle_segment, limited_share, tried_places
-from .prelude import NOT_NEGATIVE, Direction, Omega, Parameter, Place, Scales, at_each, unit
+from .prelude import NOT_NEGATIVE, Omega, Parameter, Scales, at_each, unit
 
 
 class Gap(AmplitudeAttachment):
@@ -39,10 +39,8 @@ class Gap(AmplitudeAttachment):
     tried_by_default = False
     changes_modes = False
     absent = ("stiffness", 0.0)
-    at: Place = eqx.field(metadata=unit("m"))
     stiffness: Parameter = eqx.field(metadata=unit("N/m"))
     clearance: Parameter = eqx.field(metadata=unit("m", within=NOT_NEGATIVE))
-    direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="gap", kw_only=True)
 
     def equivalent_stiffness(
@@ -62,4 +60,4 @@ class Gap(AmplitudeAttachment):
         displacement, places = tried_places(scales)
         stiffness = LogUniform(1e-3 * scales.stiffness, 1e3 * scales.stiffness)
         clearance = LogUniform(1e-3 * displacement, displacement)
-        return at_each(cls, places, stiffness=stiffness, clearance=clearance)
+        return at_each(cls, places, stiffness, clearance)

@@ -3,7 +3,7 @@
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
-from .prelude import Dashpot, Direction, NetworkAttachment, Parameter, Place, Scales, at_each, unit
+from .prelude import Dashpot, NetworkAttachment, Parameter, Scales, at_each, unit
 
 
 class GroundDashpot(NetworkAttachment):
@@ -26,9 +26,7 @@ class GroundDashpot(NetworkAttachment):
     """
 
     absent = ("viscosity", 0.0)
-    at: Place = eqx.field(metadata=unit("m"))
     viscosity: Parameter = eqx.field(metadata=unit("N s/m"))
-    direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="ground_dashpot", kw_only=True)
 
     def network(self) -> Dashpot:
@@ -40,4 +38,4 @@ class GroundDashpot(NetworkAttachment):
         """A dashpot of 1e-5 to 1 times the mass times the middle angular frequency of the band."""
         largest = scales.stiffness / scales.angular_frequency
         viscosity = LogUniform(1e-5 * largest, largest)
-        return at_each(cls, scales.places_and_directions(), viscosity=viscosity)
+        return at_each(cls, scales.places_and_directions(), viscosity)

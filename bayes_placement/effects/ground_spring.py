@@ -2,9 +2,9 @@
 
 import equinox as eqx
 import numpy as np
-from numpyro.distributions import Distribution, LogUniform
+from numpyro.distributions import Distribution
 
-from .effect import Direction, NetworkAttachment, Place, at_each
+from .effect import NetworkAttachment, at_each
 from .prelude import Parameter, Scales, Spring, negative_log_uniform, unit
 
 
@@ -31,9 +31,7 @@ class GroundSpring(NetworkAttachment):
 
     absent = ("stiffness", 0.0)
     if_negative = "less than assumed"
-    at: Place = eqx.field(metadata=unit("m"))
     stiffness: Parameter = eqx.field(metadata=unit("N/m"))
-    direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="ground_spring", kw_only=True)
 
     def network(self) -> Spring:
@@ -47,8 +45,7 @@ class GroundSpring(NetworkAttachment):
         Where the structure has springs to the ground, they may be softer than assumed: a part of
         their stiffness is missing, at the most all of it.
         """
-        least = 1e-5 * scales.stiffness
-        priors: list[Distribution] = [LogUniform(least, 1e2 * scales.stiffness)]
+        priors: list[Distribution] = [scales.any_stiffness]
         assumed = sum(
             float(np.max(effect.stiffness))
             for effect in scales.nominal_effects
@@ -57,4 +54,4 @@ class GroundSpring(NetworkAttachment):
         if assumed > least:
             priors.append(negative_log_uniform(least, assumed))
         places = scales.places_and_directions()
-        return [effect for prior in priors for effect in at_each(cls, places, stiffness=prior)]
+        return [effect for prior in priors for effect in at_each(cls, places, prior)]

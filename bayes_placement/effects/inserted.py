@@ -7,7 +7,7 @@ import equinox as eqx
 from .._sites import TURNS
 from ..modes.ports import MOTIONS, cut
 from ..modes.underlying import required_line
-from .effect import AtPlace, Omega, OnPorts, Place, Stiffness, placed
+from .effect import AtPlace, Omega, OnPorts, Stiffness, placed
 from .one_of import check_one_of
 from .prelude import Law, Modes, Parameter, PortLaw, Scales, coordinates, unit
 
@@ -42,7 +42,6 @@ class Inserted(AtPlace, OnPorts):
     tried_by_default = False
     absent = ("strength", 0.0)
     acts_on = "cut"
-    at: Place = eqx.field(metadata=unit("m"))
     law: Law = eqx.field(metadata={TURNS: lambda effect: effect.motion == "rotation"})
     strength: Parameter = eqx.field(metadata=unit("1"), default=1.0)
     motion: str = eqx.field(static=True, default="rotation", kw_only=True)

@@ -11,7 +11,7 @@ from .._types import InputError, Parameter
 from ..modes.beams.uniform_line import UniformLine
 from ..modes.hinges import Hinge
 from ..modes.underlying import required_line, underlying_line
-from .effect import AtPlace, Hinged, Place, placed
+from .effect import AtPlace, Hinged, placed
 from .prelude import POSITIVE, SHARE_LOST, Modes, Scales, negative_log_uniform, unit
 
 
@@ -43,7 +43,6 @@ class LocalStiffnessLoss(AtPlace, Hinged):
     absent = ("loss", 0.0)
     if_negative = "stiffer, not softer"
     acts_on = "cut"
-    at: Place = eqx.field(metadata=unit("m"))
     extent: Parameter = eqx.field(metadata=unit("m", within=POSITIVE))
     loss: Parameter = eqx.field(metadata=unit("1", within=SHARE_LOST))
     name: str = eqx.field(static=True, default="local_stiffness_loss", kw_only=True)

@@ -42,8 +42,6 @@ class LowPass(OnTransducer):
     transducer: Number | None
     frequency: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE))
     order: int = eqx.field(static=True, default=1)
-    side: str = eqx.field(static=True, default="", kw_only=True)
-    direction: Number | None = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="low_pass", kw_only=True)
 
     def __check_init__(self) -> None:

@@ -63,8 +63,6 @@ class MainsHum(OnTransducer):
     frequency: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE), default=50.0)
     width: Parameter = eqx.field(metadata=unit("Hz", within=NOT_NEGATIVE), default=0.5)
     quantity: str = eqx.field(static=True, default="acceleration", kw_only=True)
-    side: str = eqx.field(static=True, default="", kw_only=True)
-    direction: Number | None = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="mains_hum", kw_only=True)
 
     def __check_init__(self) -> None:

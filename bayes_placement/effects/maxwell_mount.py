@@ -3,7 +3,7 @@
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
-from .effect import Direction, NetworkAttachment, Place, at_each
+from .effect import NetworkAttachment, at_each
 from .prelude import POSITIVE, Dashpot, Law, Parameter, Scales, Spring, unit
 
 
@@ -14,28 +14,23 @@ class MaxwellMount(NetworkAttachment):
 
     Parameters
     ----------
-    at
-        Where it holds the structure [m].
+    at, direction
+        Where it holds the structure [m], and along which vector; None for every motion there is.
     stiffness
         Stiffness k of the spring [N/m].
     relaxation_time
         Relaxation time tau, the viscosity over the stiffness [s].
-    direction
-        Direction in which it acts, three numbers; None for every one in which the structure moves.
 
     Examples
     --------
-    >>> mount = bp.effects.maxwell_mount(at=0.4, stiffness=2e4, relaxation_time=1e-3)
-    >>> mount.network()
+    >>> bp.effects.maxwell_mount(at=0.4, stiffness=2e4, relaxation_time=1e-3).network()
     20000.0 * (Spring(1.0) - Dashpot(0.001))
     """
 
     tried_by_default = False
     absent = ("stiffness", 0.0)
-    at: Place = eqx.field(metadata=unit("m"))
     stiffness: Parameter = eqx.field(metadata=unit("N/m"))
     relaxation_time: Parameter = eqx.field(metadata=unit("s", within=POSITIVE))
-    direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="maxwell_mount", kw_only=True)
 
     def network(self) -> Law:
@@ -45,8 +40,6 @@ class MaxwellMount(NetworkAttachment):
     @classmethod
     def suggest(cls, scales: Scales) -> list["MaxwellMount"]:
         """A relaxation at a frequency in the band or a decade outside, anywhere."""
-        stiffness = LogUniform(1e-5 * scales.stiffness, 1e2 * scales.stiffness)
         low, high = scales.band
         time = LogUniform(0.016 / high, 1.6 / low)
-        places = scales.places_and_directions()
-        return at_each(cls, places, stiffness=stiffness, relaxation_time=time)
+        return at_each(cls, scales.places_and_directions(), scales.any_stiffness, time)

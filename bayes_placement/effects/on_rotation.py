@@ -17,14 +17,7 @@ Footprint: TypeAlias = tuple[Any, Any, Any] | None
 
 
 class OnRotation(NetworkAttachment):
-    """Something attached to the rotation of a beam, or of a foot on a structure in space.
-
-    Examples
-    --------
-    >>> kinds = bp.effects.EFFECTS.items()
-    >>> [name for name, kind in kinds if issubclass(kind, bp.effects.OnRotation)]
-    ['rotary_inertia', 'rotational_spring']
-    """
+    """Something attached to the rotation of a beam, or of a foot on a structure in space."""
 
     footprint: eqx.AbstractVar[Footprint]
 

@@ -40,8 +40,8 @@ class OnTransducer(InstrumentEffect):
     """
 
     transducer: eqx.AbstractVar[Number | None]
-    side: eqx.AbstractVar[str]
-    direction: eqx.AbstractVar[Number | None]
+    side: str = eqx.field(static=True, default="", kw_only=True)
+    direction: Number | None = eqx.field(default=None, kw_only=True)
 
     @property
     def acts_on(self) -> str:

@@ -3,7 +3,7 @@
 import equinox as eqx
 
 from .over_extent import Extent, OverExtent
-from .prelude import NOT_NEGATIVE, Direction, Law, Parameter, Place, Scales, unit
+from .prelude import NOT_NEGATIVE, Law, Parameter, Scales, unit
 
 
 class Over(OverExtent):
@@ -31,11 +31,9 @@ class Over(OverExtent):
 
     tried_by_default = False
     absent = ("strength", 0.0)
-    at: Place = eqx.field(metadata=unit("m"))
     extent: Extent = eqx.field(metadata=unit("m", within=NOT_NEGATIVE))
     law: Law
     strength: Parameter = eqx.field(metadata=unit("1"), default=1.0)
-    direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="over", kw_only=True)
 
     @property

@@ -15,14 +15,7 @@ from .effect import NetworkAttachment
 
 
 class OverExtent(NetworkAttachment):
-    """Something attached all over an extent, each place of which bears its share.
-
-    Examples
-    --------
-    >>> kinds = bp.effects.EFFECTS.items()
-    >>> [name for name, kind in kinds if issubclass(kind, bp.effects.OverExtent)]
-    ['segment_mass', 'foundation', 'over']
-    """
+    """Something attached all over an extent, each place of which bears its share."""
 
     tried_last: ClassVar[bool] = True
     extent: eqx.AbstractVar[Any]

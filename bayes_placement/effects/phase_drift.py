@@ -1,7 +1,5 @@
 """A phase error of one channel that varies slowly over the band."""
 
-import math
-
 import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import Uniform
@@ -48,8 +46,6 @@ class PhaseDrift(OnTransducer):
     phase: Parameter = eqx.field(metadata=unit("rad", within=ANGLE))
     reference: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE))
     exponent: Parameter = eqx.field(metadata=unit("1"), default=0.0)
-    side: str = eqx.field(static=True, default="", kw_only=True)
-    direction: Number | None = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="phase_drift", kw_only=True)
 
     def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:
@@ -65,10 +61,9 @@ class PhaseDrift(OnTransducer):
 
         Log-uniform from 1e-4 rad on.
         """
-        middle = scales.angular_frequency / (2 * math.pi)
         phase, exponent = log_uniform_of_either_sign(1e-4, -0.5, 0.5), Uniform(-1.0, 1.0)
         return [
-            cls(name, phase, middle, exponent, side=side, direction=direction)
+            cls(name, phase, scales.middle, exponent, side=side, direction=direction)
             for side in sides_that_differ(scales.instruments)
             for name, direction in channels(scales.instruments, side)
         ]

@@ -3,11 +3,11 @@
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
-from .prelude import Mass, NetworkAttachment, Parameter, Place, Scales, negative_log_uniform, unit
+from .prelude import Mass, NetworkAttachment, Parameter, Scales, negative_log_uniform, unit
 
 
 class PointMass(NetworkAttachment):
-    """A mass fixed to one place, which adds -omega^2 m in every direction; negative if removed.
+    """A mass fixed to one place, which adds -omega^2 m; negative if removed.
 
     Blevins, Formulas for Dynamics, Acoustics and Vibration, ch. 4.
 
@@ -17,6 +17,8 @@ class PointMass(NetworkAttachment):
         Where it sits [m].
     mass
         Mass [kg].
+    direction
+        Direction in which it acts, as the mass of a fluid may; None for every one, as of a body.
 
     Examples
     --------
@@ -27,7 +29,6 @@ class PointMass(NetworkAttachment):
 
     absent = ("mass", 0.0)
     if_negative = "removed"
-    at: Place = eqx.field(metadata=unit("m"))
     mass: Parameter = eqx.field(metadata=unit("kg"))
     name: str = eqx.field(static=True, default="point_mass", kw_only=True)
 

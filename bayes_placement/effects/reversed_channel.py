@@ -29,8 +29,6 @@ class ReversedChannel(OnTransducer):
     absent = ("share", 0.0)
     transducer: Number
     share: Parameter = eqx.field(metadata=unit("1"), default=1.0)
-    side: str = eqx.field(static=True, default="", kw_only=True)
-    direction: Number | None = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="reversed_channel", kw_only=True)
 
     def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:

@@ -4,7 +4,7 @@ import equinox as eqx
 from numpyro.distributions import LogUniform
 
 from .on_rotation import Footprint, OnRotation, bending_scale
-from .prelude import Direction, Mass, Parameter, Place, Scales, unit
+from .prelude import Mass, Parameter, Scales, unit
 
 
 class RotaryInertia(OnRotation):
@@ -31,10 +31,8 @@ class RotaryInertia(OnRotation):
     tried_by_default = False
     absent = ("inertia", 0.0)
     if_negative = "removed"
-    at: Place = eqx.field(metadata=unit("m"))
     inertia: Parameter = eqx.field(metadata=unit("kg m2"))
     footprint: Footprint = eqx.field(default=None, kw_only=True)
-    direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="rotary_inertia", kw_only=True)
 
     def network(self) -> Mass:

@@ -4,7 +4,7 @@ import equinox as eqx
 from numpyro.distributions import LogUniform
 
 from .on_rotation import Footprint, OnRotation, bending_scale
-from .prelude import Direction, Parameter, Place, Scales, Spring, unit
+from .prelude import Parameter, Scales, Spring, unit
 
 
 class RotationalSpring(OnRotation):
@@ -30,10 +30,8 @@ class RotationalSpring(OnRotation):
 
     tried_by_default = False
     absent = ("stiffness", 0.0)
-    at: Place = eqx.field(metadata=unit("m"))
     stiffness: Parameter = eqx.field(metadata=unit("N m/rad"))
     footprint: Footprint = eqx.field(default=None, kw_only=True)
-    direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="rotational_spring", kw_only=True)
 
     def network(self) -> Spring:

@@ -188,10 +188,14 @@ class Scales:
         return float(np.min(lines[lines > 0])), float(np.max(lines))
 
     @property
+    def middle(self) -> float:
+        """Geometric middle of the band [Hz]."""
+        return math.sqrt(math.prod(self.band))
+
+    @property
     def angular_frequency(self) -> float:
         """Geometric middle of the band [rad/s]."""
-        low, high = self.band
-        return 2 * math.pi * math.sqrt(low * high)
+        return 2 * math.pi * self.middle
 
     @cached_property
     def mass(self) -> float:
@@ -213,6 +217,11 @@ class Scales:
     def stiffness(self) -> float:
         """Stiffness [N/m] whose force is that of the mass in the middle of the band."""
         return self.mass * self.angular_frequency**2
+
+    @property
+    def any_stiffness(self) -> LogUniform:
+        """Prior of a stiffness [N/m] of 1e-5 to 100 times that of the mass."""
+        return LogUniform(1e-5 * self.stiffness, 1e2 * self.stiffness)
 
     @cached_property
     def displacement(self) -> float | None:

@@ -4,7 +4,7 @@ import equinox as eqx
 from numpyro.distributions import LogUniform
 
 from .over_extent import Extent, OverExtent
-from .prelude import NOT_NEGATIVE, Direction, Mass, Parameter, Place, Scales, unit
+from .prelude import NOT_NEGATIVE, Mass, Parameter, Scales, unit
 
 
 class SegmentMass(OverExtent):
@@ -29,10 +29,8 @@ class SegmentMass(OverExtent):
     """
 
     absent = ("mass", 0.0)
-    at: Place = eqx.field(metadata=unit("m"))
     extent: Extent = eqx.field(metadata=unit("m", within=NOT_NEGATIVE))
     mass: Parameter = eqx.field(metadata=unit("kg"))
-    direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="segment_mass", kw_only=True)
 
     def network(self) -> Mass:

@@ -1,13 +1,11 @@
 """A stinger that holds the structure where an exciter drives it."""
 
-import math
-
 import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform
 
-from .._ranges import POSITIVE, SHARE_OF_CRITICAL
-from .prelude import InstrumentEffect, Omega, Parameter, Scales, Stiffness, unit
+from .instrument_effect import InstrumentEffect
+from .prelude import POSITIVE, SHARE_OF_CRITICAL, Omega, Parameter, Scales, Stiffness, unit
 
 
 class Stinger(InstrumentEffect):
@@ -21,10 +19,8 @@ class Stinger(InstrumentEffect):
     ----------
     stiffness
         Stiffness k [N/m].
-    frequency
-        Natural frequency of the mass on the spring, sqrt(k / m) / (2 pi) [Hz].
-    damping_ratio
-        Damping ratio of the mass on the spring, c / (2 sqrt(k m)) [1].
+    frequency, damping_ratio
+        Of the mass on the spring, sqrt(k / m) / (2 pi) [Hz] and c / (2 sqrt(k m)) [1].
 
     Examples
     --------
@@ -54,7 +50,6 @@ class Stinger(InstrumentEffect):
         """
         if not scales.exciters_may_be_mounted:
             return []
-        low, high = scales.band
         stiffness = LogUniform(1e-5 * scales.stiffness, 10 * scales.stiffness)
-        middle = math.sqrt(low * high)
-        return [cls(stiffness, LogUniform(middle, 10 * high), LogUniform(0.003, 0.5))]
+        frequency = LogUniform(scales.middle, 10 * scales.band[1])
+        return [cls(stiffness, frequency, LogUniform(0.003, 0.5))]

@@ -4,10 +4,9 @@ from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
-from numpyro.distributions import LogUniform
 
 from ..modes.ports import difference
-from .effect import Direction, NetworkAttachment, Place, placed
+from .effect import NetworkAttachment, Place, placed
 from .prelude import Law, Modes, Parameter, Points, Scales, Spring, coordinates, unit
 
 
@@ -39,11 +38,9 @@ class Strut(NetworkAttachment):
     absent = ("strength", 0.0)
     acts_on = "relative"
     place_fields = ("at", "to")
-    at: Place = eqx.field(metadata=unit("m"))
     to: Place = eqx.field(metadata=unit("m"))
     law: Law
     strength: Parameter = eqx.field(metadata=unit("1"), default=1.0)
-    direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="strut", kw_only=True)
 
     @property
@@ -70,7 +67,7 @@ class Strut(NetworkAttachment):
     @classmethod
     def suggest(cls, scales: Scales) -> list["Strut"]:
         """A spring of 1e-5 to 100 times the modal stiffness, between any two places."""
-        spring = Spring(LogUniform(1e-5 * scales.stiffness, 1e2 * scales.stiffness))
+        spring = Spring(scales.any_stiffness)
         places = scales.places()
         pairs = [(one, other) for i, one in enumerate(places) for other in places[i:]]
         return [cls(one, other, spring) for one, other in pairs]

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 from numpyro.distributions import LogUniform
 
 from .._ranges import POSITIVE, SHARE_OF_CRITICAL
-from .effect import Direction, NetworkAttachment, Place, at_each
+from .effect import NetworkAttachment, at_each
 from .prelude import Dashpot, Law, Mass, Parameter, Scales, Spring, unit
 
 
@@ -17,16 +17,12 @@ class TunedAbsorber(NetworkAttachment):
 
     Parameters
     ----------
-    at
-        Where its foot sits [m].
+    at, direction
+        Where its foot sits [m], and along which vector it acts; None for every motion there is.
     mass
         Mass [kg].
-    frequency
-        Natural frequency on a fixed foot [Hz].
-    damping_ratio
-        Damping ratio on a fixed foot [1].
-    direction
-        Direction in which it acts, three numbers; None for every one in which the structure moves.
+    frequency, damping_ratio
+        Natural frequency [Hz] and damping ratio [1] on a fixed foot.
 
     Examples
     --------
@@ -36,11 +32,9 @@ class TunedAbsorber(NetworkAttachment):
     """
 
     absent = ("mass", 0.0)
-    at: Place = eqx.field(metadata=unit("m"))
     mass: Parameter = eqx.field(metadata=unit("kg"))
     frequency: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE))
     damping_ratio: Parameter = eqx.field(metadata=unit("1", within=SHARE_OF_CRITICAL))
-    direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="tuned_absorber", kw_only=True)
 
     def network(self) -> Law:
@@ -52,10 +46,6 @@ class TunedAbsorber(NetworkAttachment):
     @classmethod
     def suggest(cls, scales: Scales) -> list["TunedAbsorber"]:
         """An absorber of 0.001 % to 30 % of the mass, tuned within the band, anywhere."""
-        return at_each(
-            cls,
-            scales.places_and_directions(),
-            mass=LogUniform(scales.least_mass, 0.3 * scales.mass),
-            frequency=LogUniform(*scales.band),
-            damping_ratio=LogUniform(0.003, 0.3),
-        )
+        mass = LogUniform(scales.least_mass, 0.3 * scales.mass)
+        numbers = mass, LogUniform(*scales.band), LogUniform(0.003, 0.3)
+        return at_each(cls, scales.places_and_directions(), *numbers)
