@@ -158,6 +158,11 @@ def is_unknown(leaf: Any) -> bool:
     return isinstance(leaf, Distribution)
 
 
+def is_open(leaf: Any) -> bool:
+    """Tell whether a leaf is no number yet: a distribution, or an input of a compiled function."""
+    return is_unknown(leaf) or isinstance(leaf, jax.core.Tracer)
+
+
 def is_finite(distribution: Any) -> bool:
     """Tell whether a distribution gives weight to finitely many values, which can be listed."""
     support = distribution.support

@@ -51,7 +51,7 @@ def _fields(made: Any) -> Mapping[str, str] | None:
     """Texts of the fields that are not as by default; None where one has no text."""
     texts = {
         field.name: as_typed(getattr(made, field.name))
-        for field in dataclasses.fields(made)
+        for field in sorted(dataclasses.fields(made), key=lambda field: bool(field.kw_only))
         if not _is_default(field, getattr(made, field.name))
     }
     known = {name: text for name, text in texts.items() if text is not None}

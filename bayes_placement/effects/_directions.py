@@ -3,10 +3,9 @@
 from collections.abc import Sequence
 from typing import Any
 
-import jax
 import numpy as np
 
-from .._sites import is_unknown
+from .._sites import is_open
 from .._types import InputError, shown
 
 _ACROSS = 1e-9  # of the length of a direction, below which a component of it is rounding
@@ -20,22 +19,22 @@ def check_direction(effect: str, direction: Sequence[Any] | None, axes: Sequence
     if direction is None:
         return
     along = _unit(axes[0])
-    values = [0.0 if _is_open(component) else component for component in direction]
+    values = [0.0 if is_open(component) else component for component in direction]
     if len(values) != 3 or not all(_is_finite(value) for value in values):
         raise InputError(
             f'Effect "{effect}": direction={_text(direction)} was given; three finite numbers '
             f"along x, y and z are needed, since no force follows from others: direction={along}."
         )
-    is_open = [_is_open(component) for component in direction]
+    open_ones = [is_open(component) for component in direction]
     vector = np.array([float(value) for value in values])
     length = np.linalg.norm(vector)
-    if not any(is_open) and not 0 < length < np.inf:
+    if not any(open_ones) and not 0 < length < np.inf:
         raise InputError(
             f'Effect "{effect}": direction={_text(direction)} was given; a vector of a length '
             f"above zero is needed, since it tells where the force points: direction={along}."
         )
     moved = [axis - 1 for axis in axes]
-    is_felt = any(is_open[axis] or abs(vector[axis]) > _ACROSS * length for axis in moved)
+    is_felt = any(open_ones[axis] or abs(vector[axis]) > _ACROSS * length for axis in moved)
     if not is_felt:
         motions = " and ".join("xyz"[axis] for axis in moved)
         raise InputError(
@@ -43,11 +42,6 @@ def check_direction(effect: str, direction: Sequence[Any] | None, axes: Sequence
             f"component along {motions} is needed, since the structure moves along {motions} only "
             f"and does not feel others: direction={along}."
         )
-
-
-def _is_open(component: Any) -> bool:
-    """Tell whether a component is not a number yet."""
-    return is_unknown(component) or isinstance(component, jax.core.Tracer)
 
 
 def _is_finite(value: Any) -> bool:
@@ -63,7 +57,7 @@ def _unit(axis: int) -> str:
 def _text(direction: Sequence[Any]) -> str:
     words = [
         f"{float(component):g}"
-        if not _is_open(component) and _is_finite(component)
+        if not is_open(component) and _is_finite(component)
         else shown(component)
         for component in direction
     ]

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from typing import Any, ClassVar, TypeVar
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import Uniform
 
+from .._sites import is_open
 from .._types import InputError, Parameter
 from ..positions.bounds import in_space
 from ..positions.places import Cartesian, Frame, coordinates
@@ -47,7 +47,7 @@ class Misplaced(OfSide):
         """Refuse a shift across more than the structure, as one in mm is."""
         low, high = modes.bounds()
         known = isinstance(self.shift, int | float)  # what is no number is refused elsewhere
-        if not known or any(_is_open(bound) for bound in (low, high)):
+        if not known or any(is_open(bound) for bound in (low, high)):
             return
         extent, shift = float(np.linalg.norm(np.subtract(high, low))), abs(self.shift)
         if shift > extent:
@@ -150,11 +150,6 @@ class MisplacedActuator(Misplaced):
     towards: tuple[Any, ...] = eqx.field(default=(), kw_only=True)
     bearing: Parameter = eqx.field(metadata=unit("rad"), default=0.0, kw_only=True)
     name: str = eqx.field(static=True, default="misplaced_actuator", kw_only=True)
-
-
-def _is_open(number: Any) -> bool:
-    """Whether a number is not known yet."""
-    return is_unknown(number) or isinstance(number, jax.core.Tracer)
 
 
 def _anywhere(modes: Modes, recorded: Any) -> list[dict[str, Any]]:

@@ -2,17 +2,16 @@
 
 from typing import Any
 
-import jax
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._sites import is_unknown
+from .._sites import is_open, is_unknown
 from .._types import InputError, Parameter, check_annotated, shown
 
 
 def not_negative(call: str, word: str, value: Parameter) -> Parameter:
     """Return a standard deviation that may vanish, if it is not negative."""
-    if is_unknown(value) or isinstance(value, jax.core.Tracer):
+    if is_open(value):
         return value
     _check_numbers(call, word, value)
     wrong = np.asarray(value)[~(np.isfinite(value) & (np.asarray(value) >= 0))]
@@ -32,7 +31,7 @@ def positive(call: str, word: str, value: Parameter) -> Parameter:
     InputError
         If it is not positive and finite.
     """
-    if is_unknown(value) or isinstance(value, jax.core.Tracer):
+    if is_open(value):
         return value
     _check_numbers(call, word, value)
     wrong = np.asarray(value)[~(np.isfinite(value) & (np.asarray(value) > 0))]
@@ -85,7 +84,7 @@ def positive_definite(matrix: Parameter) -> Parameter:
     InputError
         If it is not square and positive definite.
     """
-    if is_unknown(matrix) or isinstance(matrix, jax.core.Tracer):
+    if is_open(matrix):
         return matrix
     check_annotated("matrix", matrix, Float[np.ndarray, "line line"] | Array)
     try:

@@ -11,7 +11,7 @@ from jaxtyping import Array, Float, Inexact
 from numpy.typing import ArrayLike
 
 from .._ranges import ANGLE, DELAY, described
-from .._sites import Role, is_unknown, unit, unknowns
+from .._sites import Role, is_open, is_unknown, unit, unknowns
 from .._types import InputError, Parameter, Shapes, check_annotated, check_kind
 from ..modes.modes import Modes
 from ..modes.points import Points
@@ -341,7 +341,7 @@ def _middle(at: Position | Tolerance) -> Recorded:
 
 def _unless(exact: float, value: Parameter | None) -> Parameter | None:
     """Return a number or distribution; None where it is exactly what changes nothing."""
-    if value is None or is_unknown(value) or isinstance(value, jax.core.Tracer):
+    if value is None or is_open(value):
         return value
     return None if np.ndim(value) == 0 and value == exact else value
 

@@ -1,5 +1,6 @@
 """Modes of a structure to whose stiffness or mass something is added."""
 
+import abc
 from typing import Any
 
 import equinox as eqx
@@ -26,6 +27,8 @@ class DerivedModes(Modes):
         Combinations of them.
     eigenvalues
         Squares of the natural angular frequencies [(rad/s)^2].
+    added_flexibility
+        Flexibility [m/N] over `flexible_shapes`, besides that of the modes before.
     repeated_coupling
         Stiffness between modes of one frequency; None where its derivative is zero.
     """
@@ -33,11 +36,29 @@ class DerivedModes(Modes):
     modes: eqx.AbstractVar[Modes]
     of_modes: eqx.AbstractVar[Float[Array, "mode mode"]]
     eigenvalues: eqx.AbstractVar[Float[Array, "mode"]]
+    added_flexibility: eqx.AbstractVar[Float[Array, "flexible flexible"]]
     repeated_coupling: eqx.AbstractVar[Float[Array, "mode mode"] | None]
+
+    @abc.abstractmethod
+    def flexible_shapes(
+        self, position: Coordinates, derivative: int
+    ) -> Float[Array, "axis flexible"]:
+        """Shapes that add to the static flexibility, or their derivatives."""
 
     def angular_frequency(self) -> Float[Array, "mode"]:
         """Natural angular frequencies [rad/s]."""
         return safe_root(self.eigenvalues)
+
+    def static_flexibility(
+        self, position: Coordinates, other: Coordinates, orders: Orders = (0, 0)
+    ) -> Flexibility:
+        """Static flexibility [m/N] of all elastic modes, and of what became flexible."""
+        # Not all modes know other derivatives than none.
+        before = self.modes.static_flexibility(position, other, *[orders] * (orders != (0, 0)))
+        if before is None:
+            return None
+        response = self.flexible_shapes(position, orders[0])
+        return before + response @ self.added_flexibility @ self.flexible_shapes(other, orders[1]).T
 
     def coupling(self) -> Float[Array, "mode mode"] | None:
         """Stiffness [(rad/s)^2] between modes of one frequency: zero, with a derivative.
@@ -62,7 +83,7 @@ class ChangedModes(DerivedModes):
     eigenvalues: Float[Array, "mode"]
     of_modes: Float[Array, "mode mode"]
     bending: Float[Array, "mode mode"]
-    flexibility: Float[Array, "mode mode"]
+    added_flexibility: Float[Array, "mode mode"]
     repeated_coupling: Float[Array, "mode mode"]
     axes: tuple[int, ...] = eqx.field(static=True)
     rigid_body_modes: int = eqx.field(static=True)
@@ -71,18 +92,9 @@ class ChangedModes(DerivedModes):
         """Mass-normalised mode shapes [kg^-1/2] and their derivatives."""
         return self.modes.shapes(position, derivative) @ self.of_modes
 
-    def static_flexibility(
-        self, position: Coordinates, other: Coordinates, orders: Orders = (0, 0)
-    ) -> Flexibility:
-        """Static flexibility [m/N] of all elastic modes."""
-        before = self.modes.static_flexibility(position, other, *beyond_displacement(orders))
-        if before is None:
-            return None
-        shapes, other_shapes = (
-            self.modes.shapes(place, order)
-            for place, order in zip((position, other), orders, strict=True)
-        )
-        return before + shapes @ self.flexibility @ other_shapes.T
+    def flexible_shapes(self, position: Coordinates, derivative: int) -> AxisShapes:
+        """Shapes of the modes before, or their derivatives."""
+        return self.modes.shapes(position, derivative)
 
 
 def changed(
@@ -122,7 +134,7 @@ def changed(
         eigenvalues=eigenvalues,
         of_modes=combination,
         bending=combination if bending is None else bending @ combination,
-        flexibility=flexible @ elastic.T - jnp.diag(diagonal),
+        added_flexibility=flexible @ elastic.T - jnp.diag(diagonal),
         repeated_coupling=coupled.at[mixed, mixed].set(lowest.coupling),
         axes=modes.axes,
         rigid_body_modes=rigid,
@@ -160,11 +172,6 @@ def bending_shapes(modes: Modes, position: Coordinates, derivative: int) -> Floa
     if isinstance(modes, ChangedModes):
         return bending_shapes(modes.modes, position, derivative) @ modes.bending
     return modes.shapes(position, derivative)[0]
-
-
-def beyond_displacement(orders: Orders) -> tuple[()] | tuple[tuple[int, int]]:
-    """Orders of derivatives as an argument, none for displacements: not all modes know others."""
-    return () if orders == (0, 0) else (orders,)
 
 
 def safe_root(value: Float[Array, "mode"]) -> Float[Array, "mode"]:

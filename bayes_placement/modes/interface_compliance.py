@@ -8,9 +8,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .changed import DerivedModes, beyond_displacement
+from .changed import DerivedModes
 from .eigenpairs import eigenpairs
-from .modes import AxisShapes, Coordinates, Flexibility, Modes, Orders
+from .modes import AxisShapes, Coordinates, Modes
 
 # Of the greatest flexibility, below which a negative one counts as zero: combinations of static
 # shapes that nearly depend on each other raise rounding a million times. A structure that has
@@ -68,7 +68,7 @@ class CompliantModes(DerivedModes):
     of_modes: Float[Array, "mode mode"]
     of_residual: Float[Array, "static_shape mode"]
     participation: Float[Array, "mode static_shape"]
-    compliance: Float[Array, "static_shape static_shape"]
+    added_flexibility: Float[Array, "static_shape static_shape"]
     repeated_coupling: Float[Array, "mode mode"] | None
     axes: tuple[int, ...] = eqx.field(static=True)
     rigid_body_modes: int = eqx.field(static=True)
@@ -78,29 +78,16 @@ class CompliantModes(DerivedModes):
         mode_shapes, residual = self._parts(position, derivative)
         return mode_shapes @ self.of_modes + residual @ self.of_residual
 
-    def static_flexibility(
-        self, position: Coordinates, other: Coordinates, orders: Orders = (0, 0)
-    ) -> Flexibility:
-        """Static flexibility [m/N] of all elastic modes, interfaces included."""
-        before = self.modes.static_flexibility(position, other, *beyond_displacement(orders))
-        if before is None:
-            return None
-        response, reference = (
-            self._static_shapes(place, order)
-            for place, order in zip((position, other), orders, strict=True)
-        )
-        return before + response @ self.compliance @ reference.T
+    def flexible_shapes(
+        self, position: Coordinates, derivative: int
+    ) -> Float[Array, "axis static_shape"]:
+        """Static shapes of unit relative displacements, or their derivatives."""
+        mode_shapes, residual = self._parts(position, derivative)
+        return residual + mode_shapes @ self.participation
 
     def _parts(self, position: Coordinates, derivative: int) -> tuple[Array, Array]:
         mode_shapes = self.modes.shapes(position, derivative)
         return mode_shapes, self.residual.shapes(position, derivative, mode_shapes)
-
-    def _static_shapes(
-        self, position: Coordinates, order: int
-    ) -> Float[Array, "axis static_shape"]:
-        """Static shapes of unit relative displacements, or their derivatives."""
-        mode_shapes, residual = self._parts(position, order)
-        return residual + mode_shapes @ self.participation
 
 
 def compliant_modes(modes: Modes, residual: ResidualShapes, interface: Interface) -> CompliantModes:
@@ -137,7 +124,7 @@ def compliant_modes(modes: Modes, residual: ResidualShapes, interface: Interface
         of_modes=jax.scipy.linalg.block_diag(jnp.eye(rigid), vectors[:mode_count, :mode_count]),
         of_residual=jnp.pad(of_residual, ((0, 0), (rigid, 0))),
         participation=jnp.pad(interface.participation, ((rigid, 0), (0, 0))),
-        compliance=interface.compliance,
+        added_flexibility=interface.compliance,
         repeated_coupling=eigenvalues[:, None] * padded_coupling * eigenvalues,
         axes=modes.axes,
         rigid_body_modes=rigid,

@@ -4,13 +4,12 @@ import functools
 from typing import Any, ClassVar
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from ..._ranges import POSITIVE
-from ..._sites import is_unknown, unit
+from ..._sites import is_open, is_unknown, unit
 from ..._types import InputError, Parameter, arguments_checked, check_count, finite_number
 from ..modes import AxisShapes, Coordinates
 from ..scalars import check_scalar
@@ -335,5 +334,5 @@ def _check(modes: int, **quantities: Parameter | None) -> None:
         if is_unknown(value):
             check_scalar(name, value)
         present = value is not None or name not in _EITHER
-        if present and not is_unknown(value) and not isinstance(value, jax.core.Tracer):
+        if present and not is_open(value):
             finite_number(name, value, f"{name}=1.0, or a distribution")

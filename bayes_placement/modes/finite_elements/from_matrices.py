@@ -3,12 +3,11 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import jax
 import numpy as np
 from jaxtyping import Float, Int
 from scipy.sparse import csc_array
 
-from ..._sites import is_unknown
+from ..._sites import is_open
 from ..._types import InputError, Parameter, arguments_checked, check_positive
 from ...positions.channel import checked_name
 from ...positions.tolerances import Tolerance
@@ -277,7 +276,7 @@ def _check_parameters(parameters: Mapping[str, Parameter]) -> None:
     """Refuse names of several words, and numbers not above zero; ranges check distributions."""
     for name, value in parameters.items():
         checked_name("A parameter of the name", name)
-        if not is_unknown(value) and not isinstance(value, jax.core.Tracer):
+        if not is_open(value):
             check_positive(f"parameters[{name!r}]", value, f"parameters={{{name!r}: 1.0}}")
 
 

@@ -5,14 +5,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Inexact
 
 from ..._compiled import of_jax
 from ..._ranges import POSITIVE
-from ..._sites import is_unknown, unit
+from ..._sites import is_open, unit
 from ..._types import InputError, Parameter, arguments_checked, check_positive
 from ...positions.places import Place, mean
 from ...positions.tolerances import Box, Tolerance
@@ -182,7 +181,7 @@ class UnknownModes(DerivedNodalModes):
                 "is needed for every shape. Keep fewer shapes with model.count(...)."
             )
         for value in (*self.frequency, *self.modal_mass):
-            if not is_unknown(value) and not isinstance(value, jax.core.Tracer):
+            if not is_open(value):
                 check_positive("a frequency or a modal mass", value, "frequency=[110.0, 310.0]")
         _check_order([mean(value) for value in self.frequency])
 
@@ -313,7 +312,7 @@ def _check_scales(
     numbers = {"youngs_modulus": youngs_modulus, "density": density, "mass": mass or None}
     numbers |= {f"nominal[{place}]": value for place, value in enumerate(nominal)}
     for name, value in numbers.items():
-        if value is not None and not is_unknown(value) and not isinstance(value, jax.core.Tracer):
+        if value is not None and not is_open(value):
             check_positive(name, value, f"modes_from_shapes(..., {name.partition('[')[0]}=...)")
 
 

@@ -10,6 +10,7 @@ from scipy.linalg import null_space
 from ..._types import InputError, arguments_checked
 from ...positions.reprs import with_short_repr
 from ...positions.vectors import Vector, direction_of, vector
+from .interpolation._interpolation import rows_of
 from .matrices import Matrices
 
 ROTATION, TRANSLATION, ALONG_AN_EDGE = "rad/(N m)", "m/N", "m2/N"
@@ -222,12 +223,8 @@ def _along(
 
 def _held_rows(matrices: Matrices) -> Int[np.ndarray, "node 8"]:
     """Row of each node in each direction if it is held there, else -1."""
-    by_number = np.argsort(matrices.node)
-    number, direction = matrices.dof[matrices.fixed].T
-    table = np.full((len(matrices.node), 8), -1)
-    index = by_number[np.searchsorted(matrices.node[by_number], number)]
-    table[index, direction] = matrices.fixed
-    return table
+    table = rows_of(matrices, tuple(range(8)))
+    return np.where(np.isin(table, matrices.fixed), table, -1)
 
 
 def _slope(
