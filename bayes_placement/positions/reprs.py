@@ -123,9 +123,8 @@ def _fields(noun: Any) -> list[_Field]:
     if isinstance(noun, tuple):
         values = zip(type(noun)._fields, noun, strict=True)  # type: ignore[attr-defined]
         return [_Field(name, value, *_default_of(noun, name)) for name, value in values]
-    in_order = sorted(
-        dataclasses.fields(noun), key=lambda field: bool(field.kw_only)
-    )  # as it is called
+    # Those that are given by their names come last, as in a call.
+    in_order = sorted(dataclasses.fields(noun), key=lambda field: bool(field.kw_only))
     return [
         _Field(field.name, getattr(noun, field.name, None), _default(field), _unit(field, noun))
         for field in in_order
