@@ -172,6 +172,9 @@ LINES = {
         0.3, 0.123456, name="clamp"
     ),
     "Reader(at=0.3, mass=2)": Reader(0.3, 2),
+    "GroundSpring(at=0.3 m, stiffness=1e+04 N/m, direction=(0, 0.6, 0.8))": (
+        bp.effects.ground_spring(0.3, 1e4, direction=(0.0, 0.6, 0.8))
+    ),
     "Modal(ratio=(Uniform(0.02, 0.06), 0.04))": bp.damping.Modal([dist.Uniform(0.02, 0.06), 0.04]),
     "Modal()": bp.model_error.Modal(),
     "Modal(shape=None, runs=0.01)": bp.model_error.Modal(shape=None, runs=0.01),

@@ -46,6 +46,7 @@ class GroundSpring(NetworkAttachment):
         their stiffness is missing, at the most all of it.
         """
         priors: list[Distribution] = [scales.any_stiffness]
+        least = 1e-5 * scales.stiffness
         assumed = sum(
             float(np.max(effect.stiffness))
             for effect in scales.nominal_effects

@@ -17,6 +17,7 @@ from bayes_placement.positions.tolerances import Segment
 BAR = {"length": 1.0, "area": 1e-3, "youngs_modulus": 1e9, "density": 9000.0}
 DAMPING = bp.damping.Modal(0.02)
 DIRECTED = {
+    "point_mass": (0.1,),
     "ground_spring": (1e4,),
     "ground_dashpot": (10.0,),
     "tuned_absorber": (0.1, 100.0, 0.1),
