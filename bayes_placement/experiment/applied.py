@@ -13,6 +13,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
+from ..effects.beyond_prior import BeyondPrior
 from ..effects.effect import (
     Effect,
     GlobalChange,
@@ -90,11 +91,15 @@ class AppliedFactor(Applied, InstrumentEffect):
 def applied(known: Experiment) -> Experiment:
     """Return an experiment of the same response, its effects applied where they are plain numbers.
 
+    A value beyond its prior is applied already: it stands in the place of the unknown.
+
     Where modes are observed, or an effect needs the response at other frequencies than the lines,
     the experiment stays as it is.
     """
     if known.observe.is_modal or needs_other_lines(known):
         return known
+    beyond = known.structure.of_kind(BeyondPrior)
+    known = _with_structure_effects(known, _without(known.structure.effects, beyond))
     return _with_modulus(_with_stiffness(_with_factor(_with_instruments_moved(known))))
 
 
@@ -163,9 +168,7 @@ def _with_stiffness(known: Experiment) -> Experiment:
     ]
     names = {item.name: law.name for (item, _), law in zip(laws, by_line, strict=True)}
     remaining = _without(structure.effects, chosen) | {law.name: law for law in by_line}
-    renamed = eqx.tree_at(
-        lambda tree: tree.structure.effects, known, OrderedDict(remaining), is_leaf=_is_dict
-    )
+    renamed = _with_structure_effects(known, OrderedDict(remaining))
     if known.model_error is None:
         return renamed
     ports = {names.get(name, name): error for name, error in known.model_error.ports.items()}
@@ -191,7 +194,11 @@ def _with_modulus(known: Experiment) -> Experiment:
     excess = sum(added, jnp.zeros(omega.shape, complex))
     modulus = AppliedModulus(excess, structure.kept_damping())
     remaining = _without(structure.effects, moduli) | {modulus.name: modulus}
-    return eqx.tree_at(lambda tree: tree.structure.effects, known, remaining, is_leaf=_is_dict)
+    return _with_structure_effects(known, remaining)
+
+
+def _with_structure_effects(known: Experiment, effects: OrderedDict[str, Any]) -> Experiment:
+    return eqx.tree_at(lambda tree: tree.structure.effects, known, effects, is_leaf=_is_dict)
 
 
 def _omega(known: Experiment) -> Omega:

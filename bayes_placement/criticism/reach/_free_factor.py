@@ -6,7 +6,6 @@ explains all that it measured: then only a factor of few numbers tells something
 """
 
 import equinox as eqx
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
@@ -31,7 +30,7 @@ class FreeFactor:
         everywhere = problem.of_experiment(of_experiment)  # in no earlier state
         self._affected = complex_residuals(everywhere, problem).real
         # Against data of zero a residual is the response itself.
-        silent = eqx.tree_at(lambda data: data.z, problem.data, jnp.zeros_like(problem.data.z))
+        silent = eqx.tree_at(lambda data: data.z, problem.data, np.zeros_like(problem.data.z))
         self._silent = Problem(
             problem.experiment,
             silent,
