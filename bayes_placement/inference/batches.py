@@ -93,7 +93,10 @@ def batch(experiment: Experiment, points: Float[Array, "point unknown"]) -> Batc
         leaves, structure = jax.tree.flatten(known)
         of_leaves = tuple(sources.get(id(leaf)) for leaf in leaves)
         pairs = zip(leaves, of_leaves, strict=True)
-        numbers = [jnp.asarray(leaf) for leaf, source in pairs if source is None]
+        # Of a stated type: JAX compiles anew for one that it would adapt, as of a constant.
+        numbers = [
+            jnp.asarray(leaf, jnp.result_type(leaf)) for leaf, source in pairs if source is None
+        ]
         return Batch(numbers, Form(structure, of_leaves))
 
     return jax.vmap(at)(points)

@@ -29,12 +29,16 @@ OF_CHANNELS = [
 ]
 
 
-def form(*added):
+def outcome(*added):
     base = experiment()
     for effect in added:
         base = base + effect
     points = np.zeros((2, len(base.unknowns)))
-    return compiled(batch).bound(base).outcome(points).form.apart_from_declared()
+    return compiled(batch).bound(base).outcome(points)
+
+
+def form(*added):
+    return outcome(*added).form.apart_from_declared()
 
 
 @pytest.fixture(scope="module")
@@ -43,14 +47,23 @@ def without():
 
 
 def test_all_that_is_attached_to_a_place_has_one_form(without):
-    forms = {form(effect) for effect in ATTACHED}
-    assert len(forms) == 1
-    assert forms != {without}
+    outcomes = [outcome(effect) for effect in ATTACHED]
+    assert {found.form.apart_from_declared() for found in outcomes} == {form(ATTACHED[0])}
+    assert form(ATTACHED[0]) != without
+    # And numbers of one type, or the compiler would begin anew.
+    types = {tuple((n.shape, n.dtype, n.weak_type) for n in found.numbers) for found in outcomes}
+    assert len(types) == 1
 
 
 def test_all_that_acts_on_channels_has_the_form_of_no_effect(without):
     assert {form(effect) for effect in OF_CHANNELS} == {without}
     assert form(ATTACHED[0], OF_CHANNELS[0]) == form(ATTACHED[1])
+
+
+def test_a_value_beyond_its_prior_has_the_form_of_no_effect(without):
+    (ratio, *_) = [name for name in experiment().unknown if name.startswith("structure.")]
+    end = float(experiment().unknown[ratio].distribution.support.upper_bound)
+    assert form(effects.beyond_prior(ratio, dist.Uniform(end, 2 * end), end=end)) == without
 
 
 def test_what_mixes_channels_or_frequencies_has_a_form_of_its_own(without):
