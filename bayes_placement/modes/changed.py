@@ -53,8 +53,8 @@ class DerivedModes(Modes):
         self, position: Coordinates, other: Coordinates, orders: Orders = (0, 0)
     ) -> Flexibility:
         """Static flexibility [m/N] of all elastic modes, and of what became flexible."""
-        # Not all modes know other derivatives than none.
-        before = self.modes.static_flexibility(position, other, *[orders] * (orders != (0, 0)))
+        further = () if orders == (0, 0) else (orders,)  # which not all modes know
+        before = self.modes.static_flexibility(position, other, *further)
         if before is None:
             return None
         response = self.flexible_shapes(position, orders[0])
