@@ -108,7 +108,7 @@ class MainsHum(OnTransducer):
 
 def close_to_multiples(
     lines: Float[Array | np.ndarray, "frequency"], mains: Parameter, width: Parameter
-) -> Bool[Array, "frequency"]:
+) -> Bool[Array | np.ndarray, "frequency"]:
     """Whether each line is close to a multiple of a frequency [Hz], above zero."""
     size = abs(lines)  # by methods alone: lines of NumPy need no compiled function
     multiple = (size / mains).round()
