@@ -190,7 +190,7 @@ class _OfMeasurement(Noise):
     reads_coherence: ClassVar[bool] = False
     reads_measurement: ClassVar[bool] = True  # type: ignore[misc]
     source: ClassVar[Words]  # what they are read from, and which measurement has it
-    factor: Parameter = eqx.field(metadata=unit("1", within=POSITIVE))
+    factor: Parameter = eqx.field(default=1.0, metadata=unit("1", within=POSITIVE))
 
     def __init__(self, factor: Parameter = 1.0):
         self.factor = positive(f"noise.{type(self).__name__}(factor)", "factor", factor)

@@ -137,7 +137,7 @@ class Answer(NamedTuple):
         table = self.comparison.table_in_full(policy, sampled)
         exact = p_value(self.null) if self.baseline is None else np.nan
         rows = [row if row.kinds else row._replace(p_value_when_exact=exact) for row in table.rows]
-        before = self.baseline and row_with_sizes(self.baseline)
+        before = None if self.baseline is None else row_with_sizes(self.baseline)
         return table._replace(rows=rows, baseline=before)
 
     def claimed(self, decision: Decision) -> list[Hypothesis]:

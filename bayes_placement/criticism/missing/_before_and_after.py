@@ -111,7 +111,7 @@ def compared_with_baseline(
             for branch in branches[: NARROW.branches]
             for effect in _next_best(comparison, branch)
         ]
-        comparison = comparison.with_hypotheses(extended(pairs, tick))
+        comparison = comparison.with_hypotheses(extended([[pair] for pair in pairs], tick))
         if tried.networks and wants_more_effects(comparison, depth, level):
             comparison = with_one_more_network(comparison, depth, tick)
         comparison = with_other_laws(comparison, tick)

@@ -89,10 +89,18 @@ def best_variants(base: Hypothesis, effects: Sequence[Effect], most: int, tick: 
     )
 
 
-def extended(pairs: Sequence[Pair], tick: Tick) -> list[Hypothesis]:
-    """Fit hypotheses with one more effect; those without a finite density are left out."""
-    points = points_of_scans(effect for _, effect in pairs)
-    tried = _tried([[pair] for pair in pairs], points, 1, tick)
+def extended(groups: Sequence[Sequence[Pair]], tick: Tick) -> list[Hypothesis]:
+    """Fit hypotheses with one more effect; those without a finite density are left out.
+
+    Parameters
+    ----------
+    groups
+        Hypotheses and effects; of each group, all of one kind, the most promising one is fitted.
+    tick
+        Called for each effect.
+    """
+    points = points_of_scans(effect for group in groups for _, effect in group)
+    tried = _tried(groups, points, 1, tick)
     return finite(hypothesis for _, hypothesis in tried if hypothesis is not None)
 
 

@@ -133,7 +133,7 @@ def with_other_laws(comparison: Comparison, tick: Tick) -> Comparison:
         laws = _probable(_laws_at_place_of(effect, best, rest))
         comparison = _with_laws(comparison, rest, laws)
         pairs: list[Pair] = [(rest, each) for each in _listed_effects(comparison, laws)]
-        comparison = comparison.with_hypotheses(extended(pairs, tick))
+        comparison = comparison.with_hypotheses(extended([[pair] for pair in pairs], tick))
         tick()
     return comparison
 

@@ -18,7 +18,7 @@ from ._fitted_candidates import best_variants, extended, relocated
 from ._hypotheses import Hypothesis, logarithmic_jacobian, takes_long
 from ._posterior_odds import Comparison
 from ._repeated import may_be_added
-from ._scanned_candidates import ScannedCandidate, Tick
+from ._scanned_candidates import Pair, ScannedCandidate, Tick
 from ._screening_lines import sample
 
 VARIANTS = 4
@@ -101,29 +101,28 @@ def _subsets_of_best(comparison: Comparison, depth: int, most: int) -> list[Hypo
     return subsets
 
 
-def _pairs(
-    comparison: Comparison, branches: Sequence[Hypothesis], most: int
-) -> list[tuple[Hypothesis, Effect]]:
+def _pairs(comparison: Comparison, branches: Sequence[Hypothesis], most: int) -> list[list[Pair]]:
     """Hypotheses to extend and the effects to extend them by, each collection of kinds once.
 
-    A further effect of a kind of the best hypothesis is tried where it promises as much as the
-    effects of other kinds, and takes the place of none of them.
+    Of a kind a few variants, since the best one alone, such as a mass that was removed, need not be
+    the best one beside others. A further effect of a kind of the best hypothesis is tried where it
+    promises as much as the effects of other kinds, and takes the place of none of them.
     """
     null, best = comparison.of(()), comparison.distinct()[0]
     tried = {hypothesis.kinds for hypothesis in comparison.hypotheses}
-    pairs = []
+    pairs: list[list[Pair]] = []
     for branch in branches:
-        count = 0
-        for candidate in _by_promise(branch, null, comparison.candidates):
-            kind = kind_of(candidate.effect)
+        variants: dict[str, list[Pair]] = {}
+        for _, effect, problem, *_ in _by_promise(branch, null, comparison.candidates):
+            kind = kind_of(effect)
             extension = tuple(sorted((*branch.kinds, kind)))
-            if count == most or extension in tried:
+            is_further = len(set(variants) - set(branch.kinds)) < most and extension not in tried
+            if effect.tried_last or not (kind in variants or is_further):
                 continue
-            effect, problem = candidate.effect, candidate.problem
-            if not effect.tried_last and may_be_added(effect, problem, branch, best):
-                count += kind not in branch.kinds
+            if may_be_added(effect, problem, branch, best):
                 tried.add(extension)
-                pairs.append((branch, effect))
+                variants.setdefault(kind, []).append((branch, effect))
+        pairs += (of_kind[:VARIANTS] for of_kind in variants.values())
     return pairs
 
 
