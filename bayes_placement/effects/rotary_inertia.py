@@ -28,7 +28,6 @@ class RotaryInertia(OnRotation):
     'rotary_inertia'
     """
 
-    tried_by_default = False
     absent = ("inertia", 0.0)
     if_negative = "removed"
     inertia: Parameter = eqx.field(metadata=unit("kg m2"))

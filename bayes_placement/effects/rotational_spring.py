@@ -28,7 +28,6 @@ class RotationalSpring(OnRotation):
     'rotational_spring'
     """
 
-    tried_by_default = False
     absent = ("stiffness", 0.0)
     stiffness: Parameter = eqx.field(metadata=unit("N m/rad"))
     footprint: Footprint = eqx.field(default=None, kw_only=True)

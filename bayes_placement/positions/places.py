@@ -299,10 +299,16 @@ def coordinates(position: Any) -> Float[Array, "*coordinate"]:
 
 
 def typical(distribution: Any) -> Any:
-    """Mean of a distribution, or its most probable value where values are only labels."""
+    """Mean of a distribution, or its most probable value where values are only labels.
+
+    Of transformed and truncated ones NumPyro may know no mean: their median.
+    """
     if is_finite(distribution):
         return jnp.argmax(distribution.log_prob(distribution.enumerate_support()))
-    return distribution.mean
+    try:
+        return distribution.mean
+    except NotImplementedError:
+        return distribution.icdf(0.5)
 
 
 def mean(value: Parameter) -> float:

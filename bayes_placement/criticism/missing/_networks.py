@@ -34,13 +34,18 @@ from ._scanned_candidates import Pair, Tick
 FITTED = 4
 """Networks, at most, that are fitted as effects of the experiment."""
 
-LISTED: Mapping[str, Tree] = {
-    "point_mass": "m",
-    "ground_spring": "k",
-    "ground_dashpot": "c",
-    "tuned_absorber": ["-", "m", ["|", "c", "k"]],
+Network = tuple[str, Tree]
+"""What a network acts on, and the network."""
+
+LISTED: Mapping[str, Network] = {
+    "point_mass": ("displacement", "m"),
+    "ground_spring": ("displacement", "k"),
+    "ground_dashpot": ("displacement", "c"),
+    "tuned_absorber": ("displacement", ["-", "m", ["|", "c", "k"]]),
+    "rotary_inertia": ("rotation", "m"),
+    "rotational_spring": ("rotation", "k"),
 }
-"""Effects of the library that are networks on a displacement."""
+"""Effects of the library that are networks."""
 
 WITHIN = 2 * STRONG
 """Log odds behind the best network from which on others are left out."""
@@ -88,22 +93,21 @@ def _probable(found: Sequence[NamedLaw]) -> list[NamedLaw]:
 def _with_laws(comparison: Comparison, base: Hypothesis, laws: Sequence[NamedLaw]) -> Comparison:
     """Add laws that are in no list to a hypothesis, each fitted as an effect."""
     listed = _listed(comparison)
-    chosen = [law for law in laws if not _is_one_of(listed, law)][:FITTED]
+    chosen = [law for law in laws if _network(law) not in listed][:FITTED]
     hypotheses = [_as_hypothesis(base, law) for law in chosen]
     kinds = [kind_of(hypothesis.effects[-1]) for hypothesis in hypotheses]
     priors = {kind: law.log_prior for kind, law in zip(kinds, chosen, strict=True)}
     return comparison.with_hypotheses(finite(hypotheses), priors)
 
 
-def _listed(comparison: Comparison) -> list[Tree]:
-    """Networks on a displacement that are effects of the library, of those that were tried."""
+def _listed(comparison: Comparison) -> list[Network]:
+    """Networks that are effects of the library, of those that were tried."""
     tried = {kind_of(candidate.effect) for candidate in comparison.candidates}
-    return [tree for kind, tree in LISTED.items() if kind in tried]
+    return [network for kind, network in LISTED.items() if kind in tried]
 
 
-def _is_one_of(listed: Sequence[Tree], law: NamedLaw) -> bool:
-    """Whether a network is an effect of the library, as which it is told."""
-    return law.port.acts_on == "displacement" and law.tree in listed
+def _network(law: NamedLaw) -> Network:
+    return law.port.acts_on, law.tree
 
 
 def with_one_more_network(comparison: Comparison, depth: int, tick: Tick) -> Comparison:
@@ -148,9 +152,9 @@ def _laws_at_place_of(effect: Any, best: Hypothesis, rest: Hypothesis) -> list[N
 
 
 def _listed_effects(comparison: Comparison, laws: Sequence[NamedLaw]) -> list[Effect]:
-    """Candidates of the library that are these networks on a displacement."""
-    trees = [law.tree for law in laws if law.port.acts_on == "displacement"]
-    kinds = {kind for kind, tree in LISTED.items() if tree in trees}
+    """Candidates of the library that are these networks."""
+    found = [_network(law) for law in laws]
+    kinds = {kind for kind, network in LISTED.items() if network in found}
     return [each.effect for each in comparison.candidates if kind_of(each.effect) in kinds]
 
 
