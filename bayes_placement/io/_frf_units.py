@@ -12,6 +12,39 @@ STANDARD_GRAVITY = {"g": 9.80665, "gn": 9.80665}  # a gram is no acceleration
 FREQUENCY = {"Hz": 1.0, "kHz": 1e3, "rad/s": 1 / math.tau, "1/min": 1 / 60, "rpm": 1 / 60}
 ANGLE = {"rad": 1.0, "deg": math.pi / 180, "°": math.pi / 180}
 VOLTAGE = {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "µV": 1e-6}
+_WORDS = {
+    "newton": "N",
+    "kilonewton": "kN",
+    "pound": "lbf",
+    "lb": "lbf",
+    "volt": "V",
+    "millivolt": "mV",
+    "microvolt": "uV",
+    "meter": "m",
+    "metre": "m",
+    "centimeter": "cm",
+    "centimetre": "cm",
+    "millimeter": "mm",
+    "millimetre": "mm",
+    "micrometer": "um",
+    "micrometre": "um",
+    "inch": "in",
+    "inche": "in",
+    "foot": "ft",
+    "feet": "ft",
+    "second": "s",
+    "sec": "s",
+    "g'": "g",
+    "gs": "g",
+    "hertz": "Hz",
+    "radian": "rad",
+    "degree": "deg",
+    "per": "/",
+    "squared": "^2",
+}
+"""Units as words, without the s of a plural, as LabVIEW and others write them."""
+
+_WORD = re.compile(r"[A-Za-z']+")
 _RATES = {in_ascii(quantity.rate): quantity.frf for quantity in QUANTITIES}
 
 
@@ -36,9 +69,15 @@ class SensitivityUnit(NamedTuple):
 
 
 def plain(label: str) -> str:
-    """Spell a unit in one way: no blanks or parentheses, `s^2`."""
-    text = re.sub(r"[ ()]", "", label).replace("**", "^").replace("²", "^2").replace("sec", "s")
+    """Spell a unit in one way: letters for words, no blanks or parentheses, `s^2`."""
+    text = re.sub(r"[ ()]", "", _WORD.sub(_letters, label)).replace("**", "^").replace("²", "^2")
     return re.sub(r"/s2(?=/|$)", "/s^2", text)
+
+
+def _letters(word: re.Match[str]) -> str:
+    """Letters of a unit that is written as a word; any other text as it is."""
+    known = word[0].lower()
+    return _WORDS.get(known) or _WORDS.get(known.removesuffix("s")) or word[0]
 
 
 def frf_unit(label: str) -> FrfUnit | VoltageUnit | None:

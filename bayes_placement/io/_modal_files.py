@@ -11,7 +11,7 @@ from .uff import measured_modes
 TABLE, SUFFIX = "modal_parameters", ".toml"
 """Table of a mapping that is about modal parameters, and the suffix of a mapping."""
 
-HEADING = b"natural_frequency"
+HEADING = "natural_frequency"
 """Beginning of the name of a column that every table of modal parameters has."""
 
 DEVIATIONS = ("frequency_deviation", "damping_deviation", "shape_deviation")
@@ -43,7 +43,7 @@ def holds_modal_parameters(path: Path) -> bool:
     kind = content.content_of(path)
     if kind == content.UNIVERSAL:
         return measured_modes.holds_modes_alone(path)
-    return kind == content.TEXT and HEADING in path.read_bytes()[: content.HEAD_BYTES]
+    return kind == content.TEXT and HEADING in content.head_of(path)
 
 
 def is_mapping(path: Path) -> bool:

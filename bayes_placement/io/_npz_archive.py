@@ -56,7 +56,7 @@ class NpzArchive:
         """
         try:
             with zipfile.ZipFile(self.path) as archive, archive.open(self._members[name]) as stream:
-                return _array(stream, self._members[name].file_size)
+                return array_in(stream, self._members[name].file_size)
         except Exception as error:  # damaged archives raise any exception
             raise self._refused(f"array {name}: {error}") from error
 
@@ -101,8 +101,21 @@ def _fault(member: zipfile.ZipInfo) -> str:
     return ""
 
 
-def _array(stream: Any, size: int) -> np.ndarray:
-    """Read an array, once its header and its bytes agree."""
+def array_in(stream: Any, size: int) -> np.ndarray:
+    """Read the array of a .npy file, once its header and its bytes agree.
+
+    Parameters
+    ----------
+    stream
+        The file.
+    size
+        Its bytes.
+
+    Raises
+    ------
+    InputError
+        If they do not, or it holds pickles.
+    """
     version = npy.read_magic(stream)
     read_header = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
     if version not in read_header:

@@ -14,6 +14,7 @@ LOADERS: dict[str, Callable[[Path], NamedArrays]] = {
     _contents.MAT_HDF5: hdf5.load,
     _contents.HDF5: hdf5.load,
     _contents.NPZ: npz.load,
+    _contents.NPY: npz.load_array,
     _contents.WORKBOOK: workbook.load,
     _contents.TEXT: text.load,
     _contents.ABAQUS_MATRIX: text.load,  # five columns of numbers may be anything
@@ -43,9 +44,8 @@ def load(path: Path) -> NamedArrays:
     content = _contents.content_of(existing(path, "a file of measured FRFs"))
     if content not in LOADERS:
         raise InputError(
-            f"{path} {_words(path, content)}; a universal file or one of {', '.join(_NAMES)} is "
-            "needed, which its first bytes tell. Export it again, or save it in MATLAB by "
-            "save('measured.mat', '-v7')."
+            f"{path} {_contents.described(path)}; arrays are needed, of {', '.join(_NAMES)}. "
+            "Read it as what it is, or export it again, in MATLAB by save('measured.mat', '-v7')."
         )
     loaded = LOADERS[content](path)
     wrong = [
@@ -54,12 +54,3 @@ def load(path: Path) -> NamedArrays:
     left_out = dict.fromkeys(map(ascii, wrong), "its name is too long or cannot be printed")
     arrays = {name: values for name, values in loaded.arrays.items() if name not in wrong}
     return loaded._replace(arrays=arrays, left_out={**loaded.left_out, **left_out})
-
-
-def _words(path: Path, content: str) -> str:
-    """What a file is that is not read."""
-    if not path.stat().st_size:
-        return "is empty (0 bytes)"
-    if content == _contents.PDF:
-        return "is a PDF, whose pages hold no arrays"
-    return "holds no format of measured FRFs that is known"

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..._types import InputError
 from ...experiment._measurement_words import counted
+from .._contents import decoded
 from .._gate import existing, reading
 from .named_arrays import NamedArrays
 
@@ -67,7 +68,7 @@ def read_rows(path: Path) -> Rows:
     InputError
         If it holds other things than text, or rows of different lengths.
     """
-    lines = [line for line in _text(path).splitlines() if line.strip()]
+    lines = [line for line in text_of(path).splitlines() if line.strip()]
     rows, decimal = _split_rows(lines)
     width = _width(rows)
     first = _first_of_numbers(rows, width, decimal)
@@ -87,7 +88,7 @@ def read_table(path: Path) -> Rows:
     InputError
         If it holds other things than text, or rows of different lengths.
     """
-    rows, decimal = _split_rows([line for line in _text(path).splitlines() if line.strip()])
+    rows, decimal = _split_rows([line for line in text_of(path).splitlines() if line.strip()])
     names, *cells = _with_points(rows, decimal)
     _check_lengths(cells, len(names), 1)
     return Rows(names, cells, [])
@@ -137,17 +138,21 @@ def is_number(cell: str) -> bool:
     return _NUMBER.fullmatch(cell.strip()) is not None
 
 
-def _text(path: Path) -> str:
+def text_of(path: Path) -> str:
+    """Text of a file, in UTF-8, UTF-16 or Latin-1.
+
+    Raises
+    ------
+    InputError
+        If it is too large, or no text.
+    """
     size = existing(path, "a text file").stat().st_size
     if size > _MOST_BYTES:
         raise InputError(f"it has {size} bytes, and at most {_MOST_BYTES} are read as text")
-    data = path.read_bytes()
-    if b"\0" in data:
+    text = decoded(path.read_bytes())
+    if "\0" in text:
         raise InputError("it holds bytes that are no text")
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return data.decode("latin-1")
+    return text
 
 
 def _split_rows(lines: list[str]) -> tuple[list[list[str]], str]:
@@ -157,7 +162,7 @@ def _split_rows(lines: list[str]) -> tuple[list[list[str]], str]:
         raise InputError("it has no row")
     separator = _separator(plain)
     rows = [_split(line, separator) for line in plain]
-    return rows, _decimal(rows) if separator in ("\t", ";") else "."
+    return rows, decimal_point(rows) if separator in ("\t", ";") else "."
 
 
 def _width(rows: list[list[str]]) -> int:
@@ -165,11 +170,17 @@ def _width(rows: list[list[str]]) -> int:
     return Counter(map(len, rows)).most_common(1)[0][0]
 
 
-def _decimal(rows: list[list[str]]) -> str:
-    """Decimal point of numbers that commas do not separate."""
+def decimal_point(rows: list[list[str]]) -> str:
+    """Return the decimal point of numbers that commas do not separate.
+
+    Raises
+    ------
+    InputError
+        If commas may part the thousands.
+    """
     width = _width(rows)  # lines above the columns may hold anything
     cells = [cell for row in rows if len(row) == width for cell in row]
-    with_comma = [cell for cell in cells if "," in cell and is_number(_with_point(cell, ","))]
+    with_comma = [cell for cell in cells if "," in cell and is_number(with_point(cell, ","))]
     if not with_comma:
         return "."
     pointed = next((cell for cell in cells if "." in cell and is_number(cell)), None)
@@ -206,10 +217,11 @@ def _with_points(rows: list[list[str]], decimal: str) -> list[list[str]]:
     """Rows with points in the numbers."""
     if decimal == ".":
         return rows
-    return [[_with_point(cell, decimal) for cell in row] for row in rows]
+    return [[with_point(cell, decimal) for cell in row] for row in rows]
 
 
-def _with_point(cell: str, decimal: str) -> str:
+def with_point(cell: str, decimal: str) -> str:
+    """Return a number with a point in the place of its decimal sign; other cells as they are."""
     pointed = cell.replace(",", ".") if decimal == "," and cell.count(",") == 1 else cell
     return pointed if is_number(pointed) else cell
 
@@ -217,7 +229,7 @@ def _with_point(cell: str, decimal: str) -> str:
 def _first_of_numbers(rows: list[list[str]], width: int, decimal: str) -> int:
     """First of the rows that have a number; the heading of a table has none."""
     for number, row in enumerate(rows):
-        if len(row) == width and any(is_number(_with_point(cell, decimal)) for cell in row):
+        if len(row) == width and any(is_number(with_point(cell, decimal)) for cell in row):
             return number
     raise InputError(
         "no row of it has a number; measured FRFs are needed as columns of numbers, a row for each "

@@ -84,7 +84,7 @@ def lines_of(source: NamedArrays, rule: FrequencyRule, count: int) -> FrequencyA
         If the unit is unknown or contradicts the file, or the array has another length.
     """
     stated = source.units.get(name_of(source, rule.array)) if rule.array is not None else None
-    unit = _agreed(source, rule.unit, stated, "frequency")
+    unit = plain(_agreed(source, rule.unit, stated, "frequency"))
     if unit not in FREQUENCY:
         raise InputError(
             f"{source.path}: the unit of the frequency is {unit!r}; one of {', '.join(FREQUENCY)} "

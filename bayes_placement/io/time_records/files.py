@@ -1,4 +1,4 @@
-"""Recordings from files: WAV, TDMS, MDF, and whatever holds arrays by name (MATLAB, CSV, HDF5)."""
+"""Recordings from files: WAV, TDMS, MDF, LabVIEW text, universal files, and arrays by name."""
 
 import difflib
 from collections.abc import Callable, Iterable, Mapping
@@ -7,23 +7,25 @@ from typing import Any
 
 import numpy as np
 
-from ..._types import InputError, check_annotated, check_kind
-from .._frf_units import plain
+from ..._types import InputError, check_annotated, check_kind, warn
+from .. import _contents as content
+from .._frf_units import VOLTAGE, plain
 from .._gate import check_plausible, existing, path_of, reading
 from ..arrays import load as load_arrays
-from . import mdf, tdms, wav
+from . import lvm, mdf, tdms, universal, wav
 from .clock import rate_of, rate_of_times
-from .recording import Recording, Signal
+from .recording import Recording, Signal, is_known
 from .records import Samples
 from .sampled import Sampled
 
-LOADERS: Mapping[bytes, Callable[[Path, Iterable[str]], Sampled]] = {
-    b"RIFF": wav.load,
-    b"RIFX": wav.load,
-    b"TDSm": tdms.load,
-    b"MDF ": mdf.load,
+LOADERS: Mapping[str, Callable[[Path, Iterable[str]], Sampled]] = {
+    content.WAV: wav.load,
+    content.TDMS: tdms.load,
+    content.MDF: mdf.load,
+    content.LABVIEW: lvm.load,
+    content.UNIVERSAL: universal.load,
 }
-"""Readers of formats with a sampling rate of their own, by their first bytes."""
+"""Readers of formats with a sampling rate of their own, by what the first bytes tell."""
 
 
 def read(
@@ -35,9 +37,11 @@ def read(
 ) -> Recording:
     """Read channels that were sampled together.
 
-    WAV, TDMS and MDF files have a sampling rate; for files of arrays (MATLAB 5 to 7.3, CSV, NumPy,
-    HDF5, workbooks) it is given, or follows from a column of times. The first bytes tell the
-    format. Names in TDMS files are `group/channel`, in WAV files `channel 1` and so on.
+    WAV (RF64 too), TDMS, MDF, LabVIEW text (.lvm) and universal files (dataset 58) have a sampling
+    rate; for files of arrays (MATLAB 5 to 7.3, text, NumPy, HDF5, workbooks) it is given, or
+    follows from a column of times. The first bytes tell the format. Names in TDMS files are
+    `group/channel`, in WAV files `channel 1` and so on, in universal files node and direction:
+    `12+z`; a single array (.npy) has the name of its file.
 
     Parameters
     ----------
@@ -97,10 +101,9 @@ def _check_channels(channels: Any) -> None:
 
 
 def _load(path: Path, names: list[str]) -> Sampled:
-    with path.open("rb") as file:
-        beginning = file.read(4)
-    if beginning in LOADERS:
-        return LOADERS[beginning](path, names)
+    kind = content.content_of(path)
+    if kind in LOADERS:
+        return LOADERS[kind](path, names)
     named = load_arrays(path)
     return Sampled(named.arrays, named.units, {}, named.left_out)
 
@@ -134,12 +137,7 @@ def _samples(sampled: Sampled, signal: Signal) -> Samples:
     """Samples of a channel, in the unit of the file."""
     name = _name(signal)
     array = np.squeeze(_array(sampled, name))
-    stated = sampled.units.get(name, "")
-    if stated and plain(stated) != plain(signal.unit):
-        raise InputError(
-            f"{name!r} is in {stated!r} by the file, and Signal says {signal.unit!r}; one unit is "
-            f"needed, since either could be meant: Signal({name!r}, unit={stated!r})."
-        )
+    _check_unit(signal, sampled.units.get(name, ""))
     if isinstance(signal.source, str) == (array.ndim == 1):
         return np.asarray(array if array.ndim == 1 else _column(name, array, signal.source), float)
     named = "one column of several" if array.ndim == 1 else "no column"
@@ -150,10 +148,28 @@ def _samples(sampled: Sampled, signal: Signal) -> Samples:
     )
 
 
+def _check_unit(signal: Signal, stated: str) -> None:
+    """Refuse another unit than the file states; what is no known unit contradicts none."""
+    if not stated or plain(stated) == plain(signal.unit):
+        return
+    name = repr(signal.source)
+    if not is_known(stated):
+        warn(
+            f"{name} is in {stated!r} by the file, which is no unit that is known; that of Signal "
+            f"is taken, {signal.unit!r}. Compare it with the settings of the recorder."
+        )
+        return
+    sensitivity = ', sensitivity="100 mV/g"' if plain(stated) in VOLTAGE else ""
+    raise InputError(
+        f"{name} is in {stated!r} by the file, and Signal says {signal.unit!r}; one unit is "
+        f"needed, since either could be meant: Signal({name}, unit={stated!r}{sensitivity})."
+    )
+
+
 def _times(sampled: Sampled, name: str) -> Samples:
     """Times [s] of the samples."""
     unit = sampled.units.get(name, "")
-    if unit not in ("", "s"):
+    if plain(unit) not in ("", "s"):
         raise InputError(
             f"The times {name!r} are in {unit!r} by the file; seconds are needed, since the "
             "sampling rate is in Hz. Give the rate instead: rate=4096.0, without time=."

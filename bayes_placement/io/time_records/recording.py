@@ -170,6 +170,12 @@ class Joined(NamedTuple):
     quantity: str
 
 
+def is_known(unit: str) -> bool:
+    """Whether a unit that a file states is one that a signal may have."""
+    spelt = plain(unit)
+    return spelt in {**VOLTAGE, **FORCE} or frf_unit(f"{spelt}/N") is not None
+
+
 def joined(recordings: Recording | Sequence[Recording], actuator: str) -> Joined:
     """Lay out recordings as records of a force and of responses.
 
