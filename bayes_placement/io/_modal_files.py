@@ -1,7 +1,7 @@
 """Which files hold modal parameters, and the mapping (TOML) that says what such a file does not."""
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from .._types import InputError
 from . import _contents as content
@@ -15,15 +15,17 @@ HEADING = "natural_frequency"
 """Beginning of the name of a column that every table of modal parameters has."""
 
 DEVIATIONS = ("frequency_deviation", "damping_deviation", "shape_deviation")
-_KNOWN = ("file", *DEVIATIONS, "names")
+UNITS_OF_POLES: tuple[Literal["rad/s", "Hz"], ...] = ("rad/s", "Hz")
+_KNOWN = ("file", *DEVIATIONS, "names", "poles")
 
 
 class ModalMapping(NamedTuple):
-    """What a mapping says of a file of modal parameters: the file, deviations, names of nodes."""
+    """What a mapping says of modal parameters: the file, deviations, names, unit of poles."""
 
     file: Path
     deviations: dict[str, float]
     names: dict[int, str]
+    poles: Literal["rad/s", "Hz"] | None
 
 
 def holds_modal_parameters(path: Path) -> bool:
@@ -77,6 +79,7 @@ def read_mapping(path: Path) -> ModalMapping:
         path.parent / file,
         {word: value for word, value in deviations.items() if value is not None},
         _names(table),
+        table.value("poles", UNITS_OF_POLES.__contains__, "rad/s or Hz", 'poles = "Hz"'),
     )
 
 

@@ -3,7 +3,7 @@
 import csv
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -33,6 +33,7 @@ def read(
     damping_deviation: float | int | None = None,
     shape_deviation: float | int | None = None,
     names: Mapping[int, str] | None = None,
+    poles: Literal["rad/s", "Hz"] | None = None,
 ) -> ModalParameters:
     """Read modal parameters of a universal file (dataset 55) or of a table as `write` makes it.
 
@@ -55,6 +56,9 @@ def read(
         shape_deviation = 0.02
         names = { 11 = "s1", 12 = "s2" }
 
+    Poles are in rad/s by the format. Modal A of shapes of unit modal mass tells where a program
+    wrote Hz, or a positive decay; where it does not, the unit of a positive decay has to be given.
+
     Parameters
     ----------
     path
@@ -66,7 +70,9 @@ def read(
         Standard deviation of shapes over the greatest displacement of each mode [1], likewise.
     names
         Names of sensors by the number of the node of a universal file; by default the number.
-        These arguments have the last word over a mapping.
+    poles
+        Unit of the poles of complex modes, where the file leaves it open or is wrong. These
+        arguments have the last word over a mapping.
 
     Raises
     ------
@@ -92,14 +98,14 @@ def read(
     if _modal_files.is_mapping(file):
         mapping = _modal_files.read_mapping(file)
         file, relative = mapping.file, mapping.deviations | relative
-        names = mapping.names | dict(names or {})
+        names, poles = mapping.names | dict(names or {}), poles or mapping.poles
     for name, value in relative.items():
         check_positive(name, value, f"{name}=0.01")
     existing(file, "a universal file, or a table of text")
     universal = content.content_of(file) == content.UNIVERSAL
     form = "modal parameters of a universal file" if universal else "a table of modal parameters"
     with reading(file, form, "Export it again."):
-        known = measured_modes.load(file, names or {}) if universal else _of_table(file)
+        known = measured_modes.load(file, names or {}, poles) if universal else _of_table(file)
         _add_deviations(known, relative)
         return _modal_parameters(known)
 

@@ -60,10 +60,33 @@ def test_normal_modes_of_a_hand_typed_universal_file(tmp_path):
     np.testing.assert_allclose(read.deviation[:, 0], [0.0125, 0.002, *[0.12] * 4])
 
 
-def test_complex_modes_of_a_universal_file_become_real(tmp_path):
-    """Each shape is turned; a file that pyuff wrote, with the poles in rad/s."""
+RADIANS, POLE = 2 * np.pi * FREQUENCY, np.array(-0.02 + 1j * np.sqrt(1 - 0.02**2))
+ASKED = r"positive real parts .*modal A does not say .*poles=\"Hz\""
+
+
+@pytest.mark.parametrize(
+    ("poles", "modal_a", "unit", "refusal"),
+    [
+        (RADIANS * POLE, 1, None, ""),
+        (RADIANS * POLE, 2j * RADIANS, None, ""),
+        (FREQUENCY * POLE, 2j * RADIANS, None, ""),
+        (-FREQUENCY * POLE.conj(), 2j * RADIANS, None, ""),
+        (-RADIANS * POLE.conj(), 2j * RADIANS, None, ""),
+        (FREQUENCY * POLE, 1, "Hz", ""),
+        (-FREQUENCY * POLE.conj(), 1, "Hz", ""),
+        (-FREQUENCY * POLE.conj(), 1, None, ASKED),
+        (
+            RADIANS * (np.array([1, -1]) * POLE.real + 1j * POLE.imag),
+            1,
+            "rad/s",
+            "a structure loses energy",
+        ),
+    ],
+)
+def test_complex_modes_of_a_universal_file_become_real(tmp_path, poles, modal_a, unit, refusal):
+    """Each shape is turned; modal A says the unit of the poles where shapes have unit mass."""
     path, turn = tmp_path / "complex.uff", np.exp(0.7j)
-    poles = 2 * np.pi * FREQUENCY * (-0.02 + 1j * np.sqrt(1 - 0.02**2))
+    all_modal_a = np.broadcast_to(modal_a, poles.shape)
     file = pyuff.UFF(str(path))
     for mode in (1, 0):
         dataset = pyuff.prepare_55(
@@ -77,7 +100,7 @@ def test_complex_modes_of_a_universal_file_become_real(tmp_path):
             load_case=1,
             mode_n=mode + 1,
             eig=poles[mode],
-            modal_a=1 + 0j,
+            modal_a=complex(all_modal_a[mode]),
             modal_b=1 + 0j,
             node_nums=np.array([1, 2, 3]),
             r1=np.zeros(3, complex),
@@ -85,9 +108,18 @@ def test_complex_modes_of_a_universal_file_become_real(tmp_path):
             r3=np.zeros(3, complex),
         )
         file.write_sets([dataset], "add")
-    read = bp.io.modal_parameters.read(
-        path, frequency_deviation=1e-3, damping_deviation=0.1, shape_deviation=0.02
+    deviations = dict.fromkeys(
+        ("frequency_deviation", "damping_deviation", "shape_deviation"), 0.02
     )
+    if refusal:
+        with pytest.raises(ValueError, match=refusal):
+            bp.io.modal_parameters.read(path, **deviations, poles=unit)
+        return
+    lines = [f"{name} = {value}" for name, value in deviations.items()]
+    lines += [f'poles = "{unit}"'] if unit else []
+    mapping = tmp_path / "modes.toml"
+    mapping.write_text("\n".join(["[modal_parameters]", 'file = "complex.uff"', *lines]))
+    read = bp.io.modal_parameters.read(mapping)
     np.testing.assert_allclose(read.natural_frequency, FREQUENCY, rtol=1e-5)
     np.testing.assert_allclose(read.damping_ratio, 0.02, rtol=1e-4)
     assert [channel.label for channel in read.sensors] == ["1+y", "2+y", "3+y"]

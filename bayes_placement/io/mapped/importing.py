@@ -91,6 +91,7 @@ def read(path: str | Path, mapping: Any = None) -> Imported:
       Hz, kHz, rad/s or 1/min.
     - `sensors`, `actuators`: labels such as `s1+x` in their order, or the name of a text array.
     - `coherence`: an array, with the `axes` of the FRFs or its own. `averages`, `force_level`.
+    - `length_unit`: of the nodes of a universal file that states none: 1e-3 for mm.
     - `convention`: `exp(-i w t)` where the file was made so.
     - `case`: what a case folder needs besides; see `io.case.write`.
 
@@ -194,6 +195,11 @@ def _of_file(path: Path, mapping: Mapping, rows: list[ChannelRow]) -> Imported:
     if is_universal:
         measurement, import_report = _of_universal_file(path, mapping, rows)
     else:
+        if mapping.length_unit is not None:
+            raise InputError(
+                f"{mapping.place} has the field length_unit, and {path} is no universal file; it is "
+                "needed for its nodes alone, since a channel table is in m. Leave it out."
+            )
         source = _loaded(path)
         if not mapping.frf and {"name", "role"} <= {*map(str.lower, source.arrays)}:
             channel_table.check_is_none(path)
@@ -220,7 +226,13 @@ def _of_universal_file(
             "which says that itself; both could contradict each other. Leave it out of the mapping."
         )
     names = {row.node: str(row.node) for row in rows if row.node is not None}
-    measurement = uff.read(path, names=names, require_positions=False, averages=mapping.averages)
+    measurement = uff.read(
+        path,
+        names=names,
+        require_positions=False,
+        averages=mapping.averages,
+        length_unit=mapping.length_unit,
+    )
     named = _named_by_node(measurement, rows) if names else measurement
     if rows:
         with reading(path, "a universal file", "Correct the channel table."):

@@ -38,6 +38,7 @@ KNOWN = (
     "unit",
     "averages",
     "force_level",
+    "length_unit",
     "convention",
     "case",
     "note",
@@ -107,6 +108,8 @@ class Mapping(NamedTuple):
         Labels, or the name of an array of texts.
     averages, force_level
         As in `Measurement`.
+    length_unit
+        What one unit of the coordinates of a universal file is [m], where it does not say it.
     conjugate
         Whether the file was made under exp(-i w t).
     case
@@ -131,6 +134,7 @@ class Mapping(NamedTuple):
     actuators: tuple[str, ...] | str | None = None
     averages: int | None = None
     force_level: float | None = None
+    length_unit: float | None = None
     conjugate: bool = False
     case: dict[str, Any] | None = None
 
@@ -177,6 +181,7 @@ def of_table(table: TomlTable, folder: Path) -> Mapping:
         actuators=_labels(table, "actuators", '["a1+x"]'),
         averages=_averages(table),
         force_level=table.number("force_level", "1.0", least=0.0),
+        length_unit=table.number("length_unit", "1e-3", least=0.0),
         conjugate=CONVENTIONS[_convention(table)],
         case=table.value("case", _is_table, "a table", "[case]"),
     )

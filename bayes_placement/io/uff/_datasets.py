@@ -1,20 +1,26 @@
-"""Datasets of a universal file as pyuff decodes them, checked to be complete."""
+"""Datasets of a universal file, found by their delimiters, checked and decoded where asked for."""
 
+import mmap
 import re
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..._types import InputError
+from .._contents import decoded
 from .._gate import existing
-from ._gate import HEAD_LINES, LAYOUT, faults
+from . import _decode
+from ._gate import HEAD_LINES, LAYOUT, FormatFault, faults
 
 NODES, UNITS, FUNCTION, DATA_AT_NODES = (15, 2411), 164, 58, 55
 
 _DELIMITER = re.compile(rb"^ {4}-1 *\r?$", re.MULTILINE)
 _DELIMITER_AFTER_BINARY = re.compile(rb" {4}-1 *\r?$", re.MULTILINE)
+_ONLY_NUMBERS = re.compile(r"\s*([+-]?[\d.]+([eEdD]?[+-]?\d+)?\s*)+")
 _NOTHING = b"\x1a \0\r\n\t"  # an end of file of old systems, and blanks
+
+Wanted = Callable[[dict[str, Any]], bool]
 
 _FROM_ARRAYS = {DATA_AT_NODES: "ModalModel.from_arrays"}
 
@@ -47,7 +53,53 @@ class Dataset(NamedTuple):
     fields: dict[str, Any]
 
 
-def load(path: Path, data: int = FUNCTION) -> list[Dataset]:
+class Block(NamedTuple):
+    """A dataset as bytes, of which only those that are asked for are read from the disk.
+
+    Parameters
+    ----------
+    number
+        Number of its kind, such as 58.
+    identity
+        The line with it.
+    content
+        All bytes of the file.
+    start, values_start, end
+        Where the lines after that begin, where binary values begin, and where they end.
+    """
+
+    number: int
+    identity: bytes
+    content: Any
+    start: int
+    values_start: int
+    end: int
+
+    @property
+    def binary(self) -> bool:
+        """Whether its values are binary."""
+        return self.identity[6:7].lower() == b"b"
+
+    @property
+    def lines(self) -> list[str]:
+        """All lines."""
+        return _text_lines(self.content[self.start : self.end])
+
+    @property
+    def head(self) -> list[str]:
+        """The first lines of a function."""
+        end = self.start
+        for _ in range(HEAD_LINES):
+            end = min(self.content.find(b"\n", end, self.end) + 1 or self.end, self.end)
+        return _text_lines(self.content[self.start : end])
+
+    @property
+    def values(self) -> bytes:
+        """Binary values."""
+        return bytes(self.content[self.values_start : self.end])
+
+
+def load(path: Path, data: int = FUNCTION, *, wanted: Wanted = lambda head: True) -> list[Dataset]:
     """Read the nodes, the units and one kind of data of a universal file.
 
     Parameters
@@ -56,6 +108,8 @@ def load(path: Path, data: int = FUNCTION) -> list[Dataset]:
         The file.
     data
         Number of the datasets that hold the data: 58 for functions, 55 for data at nodes.
+    wanted
+        Tells by the fields of its head whether a function is read; values of others are skipped.
 
     Raises
     ------
@@ -64,30 +118,16 @@ def load(path: Path, data: int = FUNCTION) -> list[Dataset]:
     MeasurementFileError
         If it is no universal file, ends inside a dataset, or a dataset cannot be decoded.
     """
-    import pyuff
-
-    blocks = _blocks(existing(path, "a universal file (.uff, .unv)"))
-    wanted = {*NODES, UNITS, data}
-    places = {
-        index: f"{path}, block {index + 1} (dataset {block.number})"
-        for index, block in enumerate(blocks)
-        if block.number in wanted
-    }
-    for index, place in places.items():
-        _check_block(blocks[index], place)
-    file = pyuff.UFF(str(path))
-    numbers = [block.number for block in blocks]
-    if numbers != [int(number) for number in file.get_set_types()]:
-        # pyuff takes any line that ends in four blanks and -1 for the end of a dataset.
-        raise MeasurementFileError(
-            f"{path} holds the datasets {numbers}, but pyuff separates them differently; a -1 at "
-            "the end of a line, such as a node colour of -1, is taken for the end of a dataset. "
-            "Change that field and read again."
-        )
-    return [
-        Dataset(place, numbers[index], _decoded(file, index, numbers[index], place))
-        for index, place in places.items()
-    ]
+    datasets = []
+    for index, block in enumerate(blocks_of(existing(path, "a universal file (.uff, .unv)"))):
+        place = f"{path}, block {index + 1} (dataset {block.number})"
+        if block.number == FUNCTION == data:
+            _check(faults(FUNCTION, block.head, binary=True), FUNCTION, place)
+            if not wanted(_decode.function_head(block.head)):
+                continue
+        if block.number in {*NODES, UNITS, data}:
+            datasets.append(Dataset(place, block.number, _decoded(block, place)))
+    return datasets
 
 
 VARIANCE_NOTE = '{"function": "variance"}'
@@ -97,97 +137,39 @@ VARIANCE_NOTE = '{"function": "variance"}'
 def left_out(path: Path, function_types: Collection[int]) -> dict[str, int]:
     """Count what a file holds besides nodes, units and functions of some types, in words."""
     kinds: Counter[str] = Counter()
-    for block in _blocks(path):
+    for block in blocks_of(path):
         if block.number == FUNCTION:
-            kind = int(block.lines[5][:5])
-            if kind not in function_types and block.lines[3].strip() != VARIANCE_NOTE:
+            kind = int(block.head[5][:5])
+            if kind not in function_types and block.head[3].strip() != VARIANCE_NOTE:
                 kinds[f"dataset {FUNCTION} of function type {kind}"] += 1
         elif block.number not in {*NODES, UNITS}:
             kinds[f"dataset {block.number}"] += 1
     return dict(kinds)
 
 
-def _decoded(file: Any, index: int, number: int, place: str) -> dict[str, Any]:
-    try:
-        fields: dict[str, Any] = dict(file.read_sets(index))
-    except Exception as error:  # pyuff raises bare Exception for every malformed field
-        raise MeasurementFileError(
-            f"{place} cannot be decoded ({error}); every field must be in the columns that the "
-            "format gives it. Export the file again, or read the numbers yourself and give them "
-            f"to {_FROM_ARRAYS.get(number, 'Measurement.from_arrays')}."
-        ) from error
-    if number == FUNCTION:
-        _check_length(fields, place)
-    return fields
+_READERS = {
+    "function type 4": "FRFs by bp.io.read",
+    "function type 1": "time histories by bp.time_records.read",
+    f"dataset {DATA_AT_NODES}": "measured modes by bp.io.modal_parameters.read, modes of a model "
+    "by bp.io.read_modes",
+    "dataset 2412": "a mesh by bp.io.mesh.read",
+}
+"""What reads datasets, by the end or the whole of their names."""
 
 
-def _check_length(fields: dict[str, Any], place: str) -> None:
-    count, announced = min(len(fields["x"]), len(fields["data"])), fields["num_pts"]
-    if count != announced or len(fields["x"]) != len(fields["data"]):
-        raise MeasurementFileError(
-            f"{place} announces {announced} values and holds {count}; all of them are needed, "
-            "since a line without its value shifts every later one. Export the file again."
-        )
+def described(path: Path) -> str:
+    """Say what a file holds besides nodes and units, and what reads that."""
+    kinds = left_out(path, ())
+    held = (
+        ", ".join(f"{kind} ({count})" for kind, count in kinds.items()) or "nodes and units alone"
+    )
+    ways = [way for name, way in _READERS.items() if any(kind.endswith(name) for kind in kinds)]
+    read_as = f", which are read as {' and '.join(ways)}" if ways else ""
+    return f"holds {held}{read_as}"
 
 
-class _Block(NamedTuple):
-    """A dataset as bytes: its number, the line with it, and the lines after that as text."""
-
-    number: int
-    identity: bytes
-    lines: list[str]
-
-    @property
-    def binary(self) -> bool:
-        """Whether its values are binary; its lines are then those before the values."""
-        return self.identity[6:7].lower() == b"b"
-
-
-def _blocks(path: Path) -> list[_Block]:
-    """All datasets by their delimiters; refuses a truncated file before decoding."""
-    data = path.read_bytes()
-    blocks: list[_Block] = []
-    end = 0
-    while opening := _DELIMITER.search(data, end):
-        _check_nothing_between(data[end : opening.start()], path, len(blocks))
-        place = f"{path}, block {len(blocks) + 1}"
-        identity, start = _line(data, opening.end() + 1)
-        number, binary = _number(identity, place), identity[6:7].lower() == b"b"
-        values_end = _end_of_binary(data, start, place) if binary else start
-        closing = (_DELIMITER_AFTER_BINARY if binary else _DELIMITER).search(data, values_end)
-        if closing is None:
-            raise _truncated(place)
-        lines = _text_lines(data[start : closing.start()], HEAD_LINES if binary else None)
-        blocks.append(_Block(number, identity, lines))
-        end = closing.end()
-    if not blocks:
-        raise MeasurementFileError(
-            f"{path} is not a universal file: its {len(data)} bytes hold no line with -1 in "
-            "columns 5 and 6, which must open and close every dataset. Give the file that "
-            "was exported as UFF (universal file format, dataset 55 for modes, 58 for FRFs)."
-        )
-    _check_nothing_between(data[end:], path, len(blocks))
-    return blocks
-
-
-def _text_lines(content: bytes, most: int | None) -> list[str]:
-    pieces = content.split(b"\n", -1 if most is None else most)
-    lines = pieces[:-1] if most is None else pieces[:most]
-    return [line.rstrip(b"\r").decode("latin-1") for line in lines]
-
-
-def _check_nothing_between(content: bytes, path: Path, blocks: int) -> None:
-    stray = content.strip(_NOTHING)
-    if stray:
-        raise MeasurementFileError(
-            f"{path} holds {stray[:40]!r} outside of its datasets, after {blocks} of them; nothing "
-            "may stand there, since a delimiter (-1 in columns 5 and 6) is missing and a dataset "
-            "would be skipped. Export the file again."
-        )
-
-
-def _check_block(block: _Block, place: str) -> None:
-    """Refuse a dataset with a field that is not in its columns, or in binary of another kind."""
+def _decoded(block: Block, place: str) -> dict[str, Any]:
+    """Fields of a dataset, each of which is in its columns, or in binary of the usual kind."""
     if block.binary:
         order, form = block.identity[7:13].strip(), block.identity[13:19].strip()
         if order not in (b"1", b"2") or form != b"2":
@@ -196,20 +178,94 @@ def _check_block(block: _Block, place: str) -> None:
                 "or 2, and 2 (IEEE 754) are needed, since they say how to read the values. Export "
                 "it again, or as text."
             )
-    for fault in faults(block.number, block.lines, binary=block.binary):
+        values = _decode.Binary(block.values, "<" if order == b"1" else ">")
+        return _decode.function(block.head, values)
+    lines = block.lines
+    _check(faults(block.number, lines), block.number, place)
+    return _decode.DECODERS[block.number](lines)
+
+
+def _check(found: Iterator[FormatFault], number: int, place: str) -> None:
+    """Refuse a dataset with a field that is not in its columns."""
+    for fault in found:
         raise MeasurementFileError(
             f"{place} cannot be decoded: in line {fault.line} after the one with its number, "
             f"{fault.what}; every field must be in the columns that the format gives it, since a "
             "shifted one is another number. Export the file again, or give the arrays to "
-            f"{_FROM_ARRAYS.get(block.number, 'Measurement.from_arrays')}."
+            f"{_FROM_ARRAYS.get(number, 'Measurement.from_arrays')}."
         )
 
 
-def _line(data: bytes, start: int) -> tuple[bytes, int]:
+def blocks_of(path: Path) -> Iterator[Block]:
+    """All datasets by their delimiters.
+
+    Raises
+    ------
+    MeasurementFileError
+        If it is no universal file, or ends inside a dataset.
+    """
+    data: Any = b""
+    if path.stat().st_size:
+        with path.open("rb") as file:
+            data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+    number, end = 0, 0
+    while opening := _DELIMITER.search(data, end):
+        _check_between(data[end : opening.start()], path, number)
+        number += 1
+        block, end = _block(data, opening.end() + 1, f"{path}, block {number}")
+        yield block
+    if not number:
+        raise MeasurementFileError(
+            f"{path} is not a universal file: its {len(data)} bytes hold no line with -1 in "
+            "columns 5 and 6, which must open and close every dataset. Give the file that "
+            "was exported as UFF (universal file format, dataset 55 for modes, 58 for FRFs)."
+        )
+    _check_between(data[end:], path, number)
+
+
+def _block(data: Any, start: int, place: str) -> tuple[Block, int]:
+    """Dataset whose line with the number begins at an offset, and where it is closed."""
+    identity, start = _line(data, start)
+    number, binary = _number(identity, place), identity[6:7].lower() == b"b"
+    first, last = _binary_values(data, start, place) if binary else (start, start)
+    closing = (_DELIMITER_AFTER_BINARY if binary else _DELIMITER).search(data, last)
+    if closing is None:
+        raise _truncated(place)
+    end = last if binary else closing.start()
+    return Block(number, identity, data, start, first, end), closing.end()
+
+
+def _text_lines(content: bytes) -> list[str]:
+    return [line.rstrip("\r") for line in decoded(content).split("\n")[:-1]]
+
+
+def _check_between(content: bytes, path: Path, blocks: int) -> None:
+    """Refuse what stands between datasets, unless it is a comment: no dataset is without a number.
+
+    A dataset of which a delimiter is lost has a line with numbers alone, or bytes that are no text.
+    """
+    stray = content.strip(_NOTHING)
+    lines = stray.decode("latin-1").splitlines()
+    if all(
+        line.isprintable() and not _ONLY_NUMBERS.fullmatch(line) for line in map(_tabless, lines)
+    ):
+        return
+    raise MeasurementFileError(
+        f"{path} holds {stray[:40]!r} outside of its datasets, after {blocks} of them; only lines "
+        "of words may stand there, since a delimiter (-1 in columns 5 and 6) is missing and a "
+        "dataset would be skipped. Export the file again."
+    )
+
+
+def _tabless(line: str) -> str:
+    return line.replace("\t", " ")
+
+
+def _line(data: Any, start: int) -> tuple[bytes, int]:
     """Line that begins at an offset, and the offset of the next line."""
     end = data.find(b"\n", start)
     end = len(data) if end < 0 else end
-    return data[start:end], end + 1
+    return bytes(data[start:end]), end + 1
 
 
 def _number(identity: bytes, place: str) -> int:
@@ -224,8 +280,8 @@ def _number(identity: bytes, place: str) -> int:
     )
 
 
-def _end_of_binary(data: bytes, start: int, place: str) -> int:
-    """Offset at which the values of dataset 58b end, computed from its seventh record.
+def _binary_values(data: Any, start: int, place: str) -> tuple[int, int]:
+    """Offsets at which the values of dataset 58b begin and end, by its seventh record.
 
     The number of bytes in the first line is not used: common writers, pyuff among them, put the
     count of real numbers of one part there.
@@ -249,7 +305,7 @@ def _end_of_binary(data: bytes, start: int, place: str) -> int:
     end = start + count * size * (parts + (even == 0))
     if count < 1 or end > len(data):
         raise _truncated(place)
-    return end
+    return start, end
 
 
 def _truncated(place: str) -> MeasurementFileError:

@@ -8,15 +8,17 @@ from typing import NamedTuple
 INTEGER = re.compile(r"\s*[+-]?\d+\s*|\s*")
 """A whole number in its columns, or blanks, which stand for zero."""
 
-NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?\s*")
-"""A real number in its columns."""
+NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+|[+-]\d{3})?\s*")
+"""A real number in its columns; Fortran has no letter before an exponent of three digits."""
 
 _INTEGER_WORD = re.compile(r"[+-]?\d+")
 _LONGEST_INTEGER = 18  # digits, which an integer of 64 bits has
 
 HEAD_LINES = 11
-REAL = 2
-_VALUES_OF_A_NODE = (3, 6)
+REAL, _OF_TWO_PARTS = 2, 5
+NORMAL, COMPLEX = 2, (3, 7)
+"""Analysis types of modes: real ones, and complex ones of the first and of the second order."""
+
 _FUNCTION_FIELDS = {
     "function type": (0, 5),
     "function number": (5, 15),
@@ -68,7 +70,8 @@ def faults(number: int, lines: Sequence[str], *, binary: bool = False) -> Iterat
     return _CHECKS[number](lines)
 
 
-def _fields(line: str, widths: Sequence[int]) -> list[str]:
+def columns(line: str, widths: Sequence[int]) -> list[str]:
+    """Cut a line into fields of some widths."""
     edges = [0, *accumulate(widths)]
     return [line[low:high] for low, high in pairwise(edges)]
 
@@ -83,8 +86,8 @@ def _function_head(lines: Sequence[str]) -> Iterator[FormatFault]:
     yield from _wrong_fields(lines, 6, _FORM_FIELDS, INTEGER, "whole number")
     yield from _wrong_fields(lines, 6, _FORM_NUMBERS, NUMBER, "number")
     for number, name in _AXES.items():
-        columns = _fields(lines[number].ljust(80), _AXIS_WIDTHS)
-        wrong = [text for text in columns if not INTEGER.fullmatch(text)]
+        cells = columns(lines[number].ljust(80), _AXIS_WIDTHS)
+        wrong = [text for text in cells if not INTEGER.fullmatch(text)]
         if wrong:
             yield FormatFault(number + 1, f"a type or unit exponent of the {name} is {wrong[0]!r}")
 
@@ -133,9 +136,9 @@ def _function(lines: Sequence[str]) -> Iterator[FormatFault]:
         )
         return
     total = 0
-    widths = _value_widths(kind, even)
+    widths = value_widths(kind, even)
     for number, line in enumerate(lines[HEAD_LINES:], start=HEAD_LINES + 1):
-        values = [text for text in _fields(line, widths) if text.strip()]
+        values = [text for text in columns(line, widths) if text.strip()]
         wrong = [text for text in values if not NUMBER.fullmatch(text)]
         surplus = line[sum(widths) :].strip()
         if wrong or surplus or _is_cut(line, widths):
@@ -158,11 +161,11 @@ def _is_cut(line: str, widths: Sequence[int]) -> bool:
 
 
 def _form(line: str) -> list[str]:
-    return [text.strip() for text in _fields(line.ljust(80), (10, 10, 10))]
+    return [text.strip() for text in columns(line.ljust(80), (10, 10, 10))]
 
 
-def _value_widths(kind: int, even: int) -> tuple[int, ...]:
-    """Columns of the numbers of a line, by ordinate type and spacing."""
+def value_widths(kind: int, even: int) -> tuple[int, ...]:
+    """Return the widths of the numbers of a line, by ordinate type and spacing."""
     if kind in (2, 5):
         return (13,) * 6
     if even:
@@ -172,9 +175,16 @@ def _value_widths(kind: int, even: int) -> tuple[int, ...]:
 
 def _nodes_15(lines: Sequence[str]) -> Iterator[FormatFault]:
     for number, line in enumerate(lines, start=1):
-        words = line.split()
-        if words:
-            yield from _counted(number, words, 4, 3)
+        if line.strip():
+            yield from _counted(number, words_of_node(line), 4, 3)
+
+
+def words_of_node(line: str) -> list[str]:
+    """Return the numbers of a node of dataset 15, by their columns where no blank parts them."""
+    words = line.split()
+    if len(words) == 7:
+        return words
+    return [text.strip() for text in columns(line, (10,) * 4 + (13,) * 3)]
 
 
 def _nodes_2411(lines: Sequence[str]) -> Iterator[FormatFault]:
@@ -212,35 +222,46 @@ def _mode(lines: Sequence[str]) -> Iterator[FormatFault]:
     if len(lines) < 8:
         yield FormatFault(len(lines), "its head has less than eight lines")
         return
-    kinds = _fields(lines[5].ljust(80), (10,) * 6)
+    kinds = columns(lines[5].ljust(80), (10,) * 6)
     if not all(map(INTEGER.fullmatch, kinds)):
         yield FormatFault(6, "a kind of its data is no whole number")
         return
-    if kinds[1].strip() != "2":
+    analysis, data_type, count = (int(kinds[place].strip() or 0) for place in (1, 4, 5))
+    if analysis not in (NORMAL, *COMPLEX):
         return
-    integers, reals = _fields(lines[6].ljust(80), (10,) * 4), _fields(lines[7].ljust(80), (13,) * 3)
+    integers, reals = columns(lines[6].ljust(80), (10,) * 4), columns(lines[7].ljust(80), (13,) * 6)
     if not all(map(INTEGER.fullmatch, integers)):
         yield FormatFault(7, "the load case or the number of the mode is no whole number")
-    if not all(map(NUMBER.fullmatch, reals)):
+    if not all(NUMBER.fullmatch(text) for text in reals[: 3 if analysis == NORMAL else 4]):
         yield FormatFault(8, "the frequency, modal mass or damping is no number")
-    data_type, length = (int(text.strip() or 0) for text in kinds[4:])
-    if data_type == REAL and length in _VALUES_OF_A_NODE:  # others are refused by their kind
-        yield from _records(lines[8:], length)
+    if data_type not in (REAL, _OF_TWO_PARTS) or count < 1:
+        yield FormatFault(6, f"{count} numbers of data type {data_type} are no values of a node")
+        return
+    yield from _records(lines[8:], count, data_type)
 
 
-def _records(lines: Sequence[str], length: int) -> Iterator[FormatFault]:
-    """Faults of the records of the nodes: a line with the number, and one with its values."""
-    for index in range(0, len(lines), 2):
-        node = lines[index]
+def lines_of_node(count: int, data_type: int) -> int:
+    """Return the number of lines with the values of a node, of which six stand in each."""
+    return -(-_numbers_of_node(count, data_type) // 6)
+
+
+def _numbers_of_node(count: int, data_type: int) -> int:
+    return count * (1 if data_type == REAL else 2)
+
+
+def _records(lines: Sequence[str], count: int, data_type: int) -> Iterator[FormatFault]:
+    """Faults of the records of the nodes: a line with the number, and those with its values."""
+    step, needed = 1 + lines_of_node(count, data_type), _numbers_of_node(count, data_type)
+    for index in range(0, len(lines), step):
+        node, *rows = lines[index : index + step]
         if not node.strip() or not INTEGER.fullmatch(node):
             yield FormatFault(index + 9, f"{node.strip()!r} is no number of a node")
             return
-        values = lines[index + 1] if index + 1 < len(lines) else ""
-        words = [text for text in _fields(values, (13,) * 6) if text.strip()]
-        if len(words) != length or values[78:].strip() or not all(map(NUMBER.fullmatch, words)):
-            yield FormatFault(
-                index + 10, f"{length} numbers of a node are announced, not {values!r}"
-            )
+        words = [text for row in rows for text in columns(row, (13,) * 6) if text.strip()]
+        surplus = any(row[78:].strip() for row in rows)
+        if len(words) != needed or surplus or not all(map(NUMBER.fullmatch, words)):
+            what = f"{needed} numbers of a node are announced, not {' '.join(rows)!r}"
+            yield FormatFault(index + 10, what)
             return
 
 

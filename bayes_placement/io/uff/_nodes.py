@@ -4,15 +4,14 @@ from collections.abc import Container
 
 from ...positions.vectors import CartesianComponents
 from ._datasets import NODES, Dataset, MeasurementFileError
-from ._units import FileUnits
 
 _GLOBAL_SYSTEMS = (0, 1)  # writers use either number for the global Cartesian system
 
 
 def node_positions(
-    datasets: list[Dataset], units: FileUnits, wanted: Container[int]
+    datasets: list[Dataset], wanted: Container[int]
 ) -> dict[int, CartesianComponents]:
-    """Coordinates [m] of the wanted nodes, as far as the file states them.
+    """Coordinates of the wanted nodes as far as the file states them, in its unit.
 
     Raises
     ------
@@ -22,13 +21,12 @@ def node_positions(
     positions: dict[int, CartesianComponents] = {}
     for dataset in datasets:
         if dataset.number in NODES:
-            positions |= _positions(dataset, units, wanted, positions)
+            positions |= _positions(dataset, wanted, positions)
     return positions
 
 
 def _positions(
     dataset: Dataset,
-    units: FileUnits,
     wanted: Container[int],
     earlier: dict[int, CartesianComponents],
 ) -> dict[int, CartesianComponents]:
@@ -39,7 +37,7 @@ def _positions(
         if node not in wanted:
             continue
         _check_global(dataset, node, definition, displacement)
-        x, y, z = (float(value) * units.length for value in coordinates)
+        x, y, z = map(float, coordinates)
         if positions.get(node, earlier.get(node, (x, y, z))) != (x, y, z):
             raise MeasurementFileError(
                 f"{dataset.place} gives node {node} other coordinates than before; one position is "

@@ -1,9 +1,12 @@
 """Quantities of FRFs and factors to SI, from unit labels, data types and dataset 164."""
 
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from ..._types import InputError, check_positive, warn
 from ...experiment import quantities
 from .._frf_units import FORCE, LENGTH, STANDARD_GRAVITY, plain
 from ._datasets import UNITS, Dataset, MeasurementFileError
@@ -37,6 +40,56 @@ def file_units(datasets: list[Dataset]) -> FileUnits:
             "needed, since nodes and functions share it. Export them in one system."
         )
     return next(iter(stated), FileUnits())
+
+
+def of_nodes(
+    path: Path,
+    units: FileUnits,
+    positions: ArrayLike,
+    *,
+    length_unit: float | int | None = None,
+    mass_unit: float | int | None = None,
+) -> FileUnits:
+    """Units of nodes and modes, by the file or else as stated; a warning where nothing says them.
+
+    Parameters
+    ----------
+    path
+        The file, for messages.
+    units
+        What dataset 164 states, if anything.
+    positions
+        Coordinates in the unit of the file.
+    length_unit, mass_unit
+        What one unit of the file is in m and in kg; None where nobody states it.
+
+    Raises
+    ------
+    InputError
+        If a unit is not positive, or the file states units as well.
+    """
+    stated = {"length_unit": length_unit, "mass_unit": mass_unit}
+    given = {name: value for name, value in stated.items() if value is not None}
+    for name, value in given.items():
+        check_positive(name, value, f"{name}=1e-3")
+        if units.stated:
+            raise InputError(
+                f"{name}={value:g} was given, and {path} states its units (dataset 164: "
+                f"{units.length:g} m, {units.force:g} N); one of them is needed, since they could "
+                f"contradict each other. Leave {name} out."
+            )
+    places = np.asarray(positions, float).reshape(-1, 3)
+    if not units.stated and length_unit is None and len(places):
+        size = np.linalg.norm(np.ptp(places, axis=0))
+        warn(
+            f"{path} states no units (no dataset 164), so that coordinates are taken for metres: "
+            f"its nodes extend over {size:.4g} m. State what they are: length_unit=1.0 for metres, "
+            "length_unit=1e-3 for mm."
+        )
+    if units.stated:
+        return units
+    length, mass = (float(given.get(name, 1.0)) for name in stated)
+    return FileUnits(length, mass * length)
 
 
 def _factors(dataset: Dataset) -> FileUnits:

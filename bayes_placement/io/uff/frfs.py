@@ -1,7 +1,7 @@
 """FRFs of a universal file (datasets 15, 58, 58b, 164, 2411) as a measurement in SI."""
 
-import json
-from collections.abc import Callable, Mapping
+from collections.abc import Collection, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,10 +11,11 @@ from ..._types import arguments_checked, check_kind
 from ...experiment.measurement import Channel, Measurement, Position
 from ...experiment.quantities import converted, frf_name
 from .._gate import check_plausible, path_of, reading
-from ._datasets import FUNCTION, VARIANCE_NOTE, Dataset, MeasurementFileError, load
+from ._datasets import FUNCTION, VARIANCE_NOTE, Dataset, MeasurementFileError, described, load
 from ._datasets import left_out as _datasets_left_out
 from ._nodes import node_positions
-from ._units import FileUnits, check_abscissa, file_units, quantity_of, scale
+from ._notes import note_of
+from ._units import FileUnits, check_abscissa, file_units, of_nodes, quantity_of, scale
 
 _GENERAL, _FRF, _COHERENCE = 0, 4, 6
 _DECADES = 1e40
@@ -41,13 +42,16 @@ def read(
     require_positions: bool = True,
     averages: int | None = None,
     quantity: str | None = None,
+    only: Collection[int] | None = None,
+    length_unit: float | int | None = None,
 ) -> Measurement:
     """Read the FRFs of a universal file (UFF), ASCII or binary, into a measurement in SI.
 
     FRFs (dataset 58, function type 4), their coherences (type 6) and the variances that `write`
     records are read, nodes from dataset 15 or 2411; other datasets and entity names are ignored.
     Values are in the units of their labels, else of dataset 164, else SI; coordinates in those of
-    dataset 164, else metres.
+    dataset 164, else of `length_unit`. Functions that are not asked for are skipped unread, so that
+    a part of a large file is read in little memory.
 
     Parameters
     ----------
@@ -64,6 +68,11 @@ def read(
     quantity
         `receptance`, `mobility` or `accelerance` (or their motion), to which all FRFs are
         converted; needed where the file mixes them.
+    only
+        Numbers of the response nodes whose FRFs are read; None for all.
+    length_unit
+        What one unit of the coordinates is in metres, where no dataset 164 says it: 1e-3 for mm.
+        Without either they are taken for metres, with a warning that says how large that is.
 
     Returns
     -------
@@ -90,14 +99,26 @@ def read(
     if quantity is not None:
         frf_name(quantity)
     with reading(path_of(path), "a universal file", "Export it again."):
-        datasets = load(Path(path))
+        datasets = load(Path(path), wanted=partial(_is_wanted, only))
         units = file_units(datasets)
         frfs = _frfs(datasets, units, Path(path))
         transducers = _names(frfs, names or {})
-        positions = _positions(datasets, units, transducers, require_positions)
+        positions = _positions(datasets, transducers, require_positions)
+        length = of_nodes(Path(path), units, [*positions.values()], length_unit=length_unit).length
+        positions = {
+            transducers[node]: (length * x, length * y, length * z)
+            for node, (x, y, z) in positions.items()
+        }
         measurement = _assembled(datasets, frfs, transducers, positions, averages, quantity)
         _check_values(Path(path), measurement)
         return measurement
+
+
+def _is_wanted(only: Collection[int] | None, head: Mapping[str, Any]) -> bool:
+    """Whether a function is an FRF, a coherence or a variance of one of the nodes."""
+    kind = head["func_type"]
+    known = kind in (_FRF, _COHERENCE) or (kind == _GENERAL and head["id4"] == VARIANCE_NOTE)
+    return known and (only is None or head["rsp_node"] in only)
 
 
 @arguments_checked
@@ -165,11 +186,9 @@ def _frfs(datasets: list[Dataset], units: FileUnits, path: Path) -> list[_Functi
     functions = [dataset for dataset in datasets if dataset.number == FUNCTION]
     frfs = [dataset for dataset in functions if dataset.fields["func_type"] == _FRF]
     if not frfs:
-        types = sorted({dataset.fields["func_type"] for dataset in functions})
-        contents = f"functions of type {types}" if types else "no function (dataset 58)"
         raise MeasurementFileError(
-            f"{path} holds {contents}; at least one FRF (dataset 58, function type 4) is needed, "
-            "since a structure is updated by its FRFs. Export FRFs, not spectra or time histories."
+            f"{path} {described(path)}; at least one FRF (dataset 58, function type 4) is needed "
+            "here, since a structure is updated by its FRFs. Export FRFs, or read what it holds."
         )
     return [_frf(dataset, units) for dataset in frfs]
 
@@ -194,7 +213,7 @@ def _function(dataset: Dataset, values: np.ndarray, quantity: str = "") -> _Func
         frequency=np.asarray(dataset.fields["x"], dtype=float),
         values=values,
         quantity=quantity,
-        notes=_note(dataset, "id4") | _note(dataset, "id5"),
+        notes=note_of(dataset, "id4") | note_of(dataset, "id5"),
     )
 
 
@@ -207,45 +226,6 @@ def _node(dataset: Dataset, side: str) -> _Node:
             "direction per force. Leave rotations out of the export."
         )
     return int(node), int(direction)
-
-
-def _note(dataset: Dataset, line: str) -> dict[str, Any]:
-    """Note that `write` recorded in an ID line as a JSON object; empty for any other text."""
-    text = dataset.fields[line].strip()
-    try:
-        note = json.loads(text) if text.startswith("{") else {}
-    except (json.JSONDecodeError, RecursionError):
-        return {}  # other programs write any text there
-    _check_note(dataset, line, note)
-    return note
-
-
-def _check_note(dataset: Dataset, line: str, note: dict[str, Any]) -> None:
-    """Refuse a note that `write` does not make: a changed one names the wrong channels."""
-    for name, value in note.items():
-        if name in _NOTES and not _NOTES[name](value):
-            raise MeasurementFileError(
-                f"{dataset.place} records {name}={value!r} in {line.upper()}; the note that "
-                "io.uff.write makes has two names, a whole number of averages and a force above 0, "
-                "since it says what the format has no field for. Correct it or clear that line."
-            )
-
-
-def _are_names(value: Any) -> bool:
-    is_pair = isinstance(value, list) and len(value) == 2
-    return is_pair and all(isinstance(name, str) and name.strip() for name in value)
-
-
-def _is_force(value: Any) -> bool:
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return value is None or (is_number and 0 < value < np.inf)
-
-
-_NOTES: dict[str, Callable[[Any], bool]] = {
-    "names": _are_names,
-    "averages": lambda value: value is None or (type(value) is int and value >= 1),
-    "force_level": _is_force,
-}
 
 
 def _noted(frfs: list[_Function], key: str) -> Any:
@@ -375,10 +355,10 @@ def _of_frfs(datasets: list[Dataset], frfs: list[_Function]) -> list[_Function]:
 
 
 def _positions(
-    datasets: list[Dataset], units: FileUnits, transducers: dict[int, str], required: bool
-) -> dict[str, Position]:
-    """Coordinates [m] of the nodes of the FRFs, by the name of the transducer."""
-    positions = node_positions(datasets, units, transducers)
+    datasets: list[Dataset], transducers: dict[int, str], required: bool
+) -> dict[int, Position]:
+    """Coordinates of the nodes of the FRFs, in the unit of the file."""
+    positions = node_positions(datasets, transducers)
     missing = [node for node in transducers if node not in positions]
     if missing and required:
         placed = ", ".join(map(str, sorted(positions))) or "none of its nodes"
@@ -388,4 +368,4 @@ def _positions(
             "positions lie around them. Export the geometry with the FRFs, or state the positions "
             "in the experiment: uff.read(path, require_positions=False)."
         )
-    return {transducers[node]: position for node, position in positions.items()}
+    return positions

@@ -1,6 +1,6 @@
 """Measured modes of a universal file (dataset 55): frequency, damping and shape by node."""
 
-import re
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -8,27 +8,33 @@ from typing import Any
 import numpy as np
 
 from ...positions.channel import Channel
-from ._datasets import DATA_AT_NODES, FUNCTION, Dataset, MeasurementFileError
+from ._datasets import DATA_AT_NODES, FUNCTION, Dataset, MeasurementFileError, blocks_of
 from ._datasets import load as datasets_of
+from ._gate import COMPLEX, NORMAL
 
-_NORMAL, _COMPLEX = 2, (3, 7)
+ALIKE = 1e-2
+"""Relative difference of numbers that are one; those that are told apart differ by 2 pi."""
+
 _MOTIONS = (8, 11, 12)  # displacement, velocity, acceleration: the same shape at one frequency
-
-_OPENING = r"^ {{4}}-1 *\r?\n {{4}}{number}[ b\r\n]"
 
 
 def holds_modes_alone(path: Path) -> bool:
     """Whether a universal file has data at nodes (dataset 55) and no functions (58)."""
-    data = path.read_bytes()
-    functions, at_nodes = (
-        re.search(_OPENING.format(number=number).encode(), data, re.MULTILINE)
-        for number in (FUNCTION, DATA_AT_NODES)
-    )
-    return functions is None and at_nodes is not None
+    kinds = {block.number for block in blocks_of(path)}
+    return DATA_AT_NODES in kinds and FUNCTION not in kinds
 
 
-def load(path: Path, names: Mapping[int, str]) -> dict[str, Any]:
+def load(path: Path, names: Mapping[int, str], poles: str | None = None) -> dict[str, Any]:
     """Read the modes of a universal file as arguments of `ModalParameters`, without deviations.
+
+    Parameters
+    ----------
+    path
+        The file.
+    names
+        Names of sensors by the number of the node.
+    poles
+        Unit of the poles of complex modes, `rad/s` or `Hz`; None for what the file says.
 
     Raises
     ------
@@ -47,14 +53,15 @@ def load(path: Path, names: Mapping[int, str]) -> dict[str, Any]:
             "(analysis type 2) or complex modes (3 or 7) of displacement, velocity or acceleration "
             "are needed. Export the identified modes as dataset 55."
         )
-    poles = np.array([_pole(dataset) for dataset in modes])
-    order = np.argsort(poles[:, 0])
+    scale = _scale([one for one in modes if one.fields["analysis_type"] in COMPLEX], poles)
+    frequency, damping = np.array([_pole(dataset, scale) for dataset in modes]).T
+    order = np.argsort(frequency)
     nodes = np.unique(np.concatenate([_nodes(dataset) for dataset in modes]))
     shapes = np.stack([_shape(modes[place], nodes) for place in order], axis=-1)
     moving = np.argwhere(np.any(shapes, axis=-1))
-    damping = poles[order, 1]
+    damping = damping[order]
     return {
-        "natural_frequency": poles[order, 0],
+        "natural_frequency": frequency[order],
         "natural_frequency_deviation": None,
         "damping_ratio": np.where(damping == 0, np.nan, damping) if damping.any() else None,
         "damping_ratio_deviation": None,
@@ -70,21 +77,52 @@ def load(path: Path, names: Mapping[int, str]) -> dict[str, Any]:
 def _is_mode(dataset: Dataset) -> bool:
     fields = dataset.fields
     analysis, motion = fields["analysis_type"], fields["spec_data_type"]
-    return analysis in (_NORMAL, *_COMPLEX) and motion in _MOTIONS
+    return analysis in (NORMAL, *COMPLEX) and motion in _MOTIONS
 
 
-def _pole(dataset: Dataset) -> tuple[float, float]:
+def _scale(modes: list[Dataset], unit: str | None) -> float:
+    """Factor of the poles of complex modes to Hz, negative where their decay is positive."""
+    if not modes:
+        return 1.0
+    eigenvalues = np.array([dataset.fields["eig"] for dataset in modes])
+    grows = eigenvalues.real > 0
+    wrong = (eigenvalues == 0) | (grows & ~np.all(grows))
+    if np.any(wrong):
+        number = int(np.argmax(wrong))
+        raise MeasurementFileError(
+            f"{modes[number].place} holds the eigenvalue {eigenvalues[number]:.6g}; a pole with a "
+            "negative real part is needed, since frequency and damping are read from it and a "
+            "structure loses energy. Leave modes without such a pole out of the export."
+        )
+    unit = unit or _unit_by_modal_a(modes, eigenvalues)
+    if unit is None and np.all(grows):
+        shown = ", ".join(f"{value:.6g}" for value in eigenvalues[:3])
+        raise MeasurementFileError(
+            f"{modes[0].place} and the other modes hold poles with positive real parts ({shown}), "
+            "and modal A does not say in which unit; one is needed, since they are against the "
+            'format. Say it: modal_parameters.read(path, poles="Hz"), or poles="rad/s".'
+        )
+    return (-1.0 if np.all(grows) else 1.0) * (1.0 if unit == "Hz" else 1 / math.tau)
+
+
+def _unit_by_modal_a(modes: list[Dataset], eigenvalues: np.ndarray) -> str | None:
+    """Unit of poles by modal A, which is twice the pole [rad/s] of shapes of unit modal mass.
+
+    None where it says neither, as of shapes that are scaled in another way.
+    """
+    ratio = np.abs([dataset.fields["modal_a"] for dataset in modes]) / np.abs(eigenvalues)
+    units = {"rad/s": 2.0, "Hz": 2.0 * math.tau}
+    agreed = [unit for unit, known in units.items() if np.allclose(ratio, known, rtol=ALIKE)]
+    return agreed[0] if agreed else None
+
+
+def _pole(dataset: Dataset, scale: float) -> tuple[float, float]:
     """Natural frequency [Hz] and damping ratio [1]."""
     fields = dataset.fields
-    if fields["analysis_type"] == _NORMAL:
+    if fields["analysis_type"] not in COMPLEX:
         return float(fields["freq"]), float(fields["modal_damp_vis"])
     size = abs(fields["eig"])
-    if size == 0:
-        raise MeasurementFileError(
-            f"{dataset.place} holds the eigenvalue 0; a pole [rad/s] is needed, since frequency "
-            "and damping are read from it. Leave rigid-body modes out of the export."
-        )
-    return float(size / (2 * np.pi)), float(-fields["eig"].real / size)
+    return float(size * abs(scale)), float(-fields["eig"].real * np.sign(scale) / size)
 
 
 def _nodes(dataset: Dataset) -> np.ndarray:

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 from ..._types import arguments_checked
 from ...modes.finite_elements.modal_model import ModalModel
 from .._gate import check_plausible, reading
-from ._datasets import DATA_AT_NODES, Dataset, MeasurementFileError, load
+from ._datasets import DATA_AT_NODES, Dataset, MeasurementFileError, described, load
 from ._nodes import node_positions
-from ._units import FileUnits, file_units
+from ._units import file_units, of_nodes
 
 _NORMAL_MODE, _DISPLACEMENT, _REAL = 2, 8, 2
 _VALUES = {2: 3, 3: 6}  # values of a node by data characteristic; 6 with rotations
@@ -49,15 +49,21 @@ class _Mode(NamedTuple):
 
 
 @arguments_checked
-def read(path: str | Path, *, modal_mass: ArrayLike | float | int | None = None) -> ModalModel:
+def read(
+    path: str | Path,
+    *,
+    modal_mass: ArrayLike | float | int | None = None,
+    length_unit: float | int | None = None,
+    mass_unit: float | int | None = None,
+) -> ModalModel:
     """Read nodes and real normal modes of a universal file (UFF), in SI.
 
     Nodes come from dataset 15 or 2411, modes from dataset 55 (analysis type 2, displacements),
     with natural frequency, modal mass and viscous damping ratio; stresses and other results,
     hysteretic damping and dataset 2414 are ignored. Units are those of dataset 164 with the
-    second for time, else SI. Modes are sorted by frequency, nodes by number. A node without a
-    record in a mode has zeros there, as the format says; nodes without any record are left out,
-    and so are directions in which nothing moves. The format holds six digits.
+    second for time, else `length_unit` and `mass_unit`. Modes are sorted by frequency, nodes by
+    number. A node without a record in a mode has zeros there, as the format says; nodes without any
+    record are left out, and so are directions in which nothing moves. The format holds six digits.
 
     Parameters
     ----------
@@ -66,6 +72,9 @@ def read(path: str | Path, *, modal_mass: ArrayLike | float | int | None = None)
     modal_mass
         Modal masses in the unit of the file, in ascending order of the natural frequencies, where
         the file holds none or wrong ones; 1 if the shapes are mass-normalised.
+    length_unit, mass_unit
+        What one unit of length and of mass is in m and kg, where no dataset 164 says it: 1e-3 and
+        1e3 for mm, t and s. Without any of these the file is taken for SI, with a warning.
 
     Raises
     ------
@@ -81,19 +90,22 @@ def read(path: str | Path, *, modal_mass: ArrayLike | float | int | None = None)
     >>> model = bp.io.uff.read_modes("modes.unv", modal_mass=1.0)  # doctest: +SKIP
     """
     with reading(Path(path), "normal modes of a universal file", "Export it again."):
-        return _model(Path(path), modal_mass)
+        return _model(Path(path), modal_mass, length_unit=length_unit, mass_unit=mass_unit)
 
 
-def _model(path: Path, modal_mass: ArrayLike | float | int | None) -> ModalModel:
+def _model(
+    path: Path, modal_mass: ArrayLike | float | int | None, **stated: float | int | None
+) -> ModalModel:
     datasets = load(path, DATA_AT_NODES)
     modes = sorted(_normal_modes(datasets, path), key=lambda mode: mode.frequency)
     _check_single_solution(modes)
-    units = file_units(datasets)
     node = np.unique(np.concatenate([mode.node for mode in modes]))
     damping = np.array([mode.damping for mode in modes])
+    position = _positions(datasets, node)
+    units = of_nodes(path, file_units(datasets), position, **stated)
     model = ModalModel.from_arrays(
         node=node,
-        position=_positions(datasets, node),
+        position=position,
         shape=_shapes(modes, node),
         natural_frequency=[mode.frequency for mode in modes],
         modal_mass=[mode.mass for mode in modes] if modal_mass is None else modal_mass,
@@ -111,7 +123,7 @@ def _normal_modes(datasets: list[Dataset], path: Path) -> list[_Mode]:
     if not modes:
         contents = ", ".join(sorted({_described(dataset) for dataset in results}))
         raise MeasurementFileError(
-            f"{path} holds {contents or 'no data at nodes (dataset 55)'}; real normal modes of "
+            f"{path} {f'holds {contents}' if contents else described(path)}; real normal modes of "
             "displacements (analysis type 2, data type 8) are needed, since receptance is a sum "
             "over them. Export the undamped modes as dataset 55 (2414 is not read), as "
             "displacements and real numbers."
@@ -161,18 +173,16 @@ def _nodes(dataset: Dataset) -> np.ndarray:
 
 
 def _values(dataset: Dataset) -> np.ndarray:
-    """Displacements of each node; pyuff takes any other count than 3 for 6, and never counts."""
+    """Displacements of each node."""
     fields = dataset.fields
     characteristic, count = fields["data_ch"], fields["n_data_per_node"]
-    columns = [np.asarray(fields[f"r{axis + 1}"]) for axis in range(6 if count != 3 else 3)]
-    complete = all(len(column) == len(fields["node_nums"]) for column in columns)
-    if _VALUES.get(characteristic) != count or not complete:
+    columns = [np.asarray(fields[f"r{axis + 1}"]) for axis in range(count)]
+    if _VALUES.get(characteristic) != count:
         raise MeasurementFileError(
             f"{dataset.place} announces data characteristic {characteristic} with {count} values "
-            f"of each node and holds {sum(map(len, columns))} values for "
-            f"{len(fields['node_nums'])} nodes; three translations (2) or these and three "
-            "rotations (3) of each node are needed, since they say which direction is which. "
-            "Export the mode as displacement vectors."
+            "of each node; three translations (2) or these and three rotations (3) of each node "
+            "are needed, since they say which direction is which. Export the mode as displacement "
+            "vectors."
         )
     return np.column_stack(columns)
 
@@ -195,7 +205,7 @@ def _check_single_solution(modes: list[_Mode]) -> None:
 
 def _positions(datasets: list[Dataset], node: np.ndarray) -> np.ndarray:
     """Coordinates of the nodes in the unit of the file."""
-    positions = node_positions(datasets, FileUnits(), set(node.tolist()))
+    positions = node_positions(datasets, set(node.tolist()))
     missing = [number for number in node.tolist() if number not in positions]
     if missing:
         shown = ", ".join(map(str, missing[:5]))

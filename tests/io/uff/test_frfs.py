@@ -12,6 +12,9 @@ from bayes_placement.experiment.measurement import Channel, Measurement
 from bayes_placement.io import uff
 from tests.io.uff.hand_typed import typed
 
+# Most files here have no dataset 164; that this is told has tests of its own.
+pytestmark = pytest.mark.filterwarnings("ignore:.* states no units")
+
 SHARED = (Path(__file__).parents[3] / "../shared/data").resolve()
 FREQUENCY = np.arange(5.0, 9.0)
 FRF = np.array([1.0 - 2.0j, -0.5 + 0.25j, 3e-7 + 1e3j, -4.0 - 1.0 / 3.0 * 1j])
@@ -393,10 +396,10 @@ def test_what_is_no_universal_file_is_refused(tmp_path, content):
 
 
 def test_a_file_without_frf_is_refused_with_what_it_holds(tmp_path):
-    with pytest.raises(uff.MeasurementFileError, match="holds no function"):
+    with pytest.raises(uff.MeasurementFileError, match="holds nodes and units alone; at least"):
         uff.read(by_pyuff(tmp_path, nodes(1)))
     with pytest.raises(
-        uff.MeasurementFileError, match=r"functions of type \[6\]; at least one FRF"
+        uff.MeasurementFileError, match=r"dataset 58 of function type 6 \(1\); at least one FRF"
     ):
         uff.read(by_pyuff(tmp_path, coherence()))
 
@@ -441,10 +444,34 @@ def test_a_binary_layout_that_is_none_is_refused(tmp_path):
         uff.read(path)
 
 
-def test_a_minus_one_that_ends_a_line_is_told(tmp_path):
-    colour = {"color": [-1, 0]}
-    with pytest.raises(uff.MeasurementFileError, match="such as a node colour of -1"):
-        uff.read(by_pyuff(tmp_path, nodes(1, 101) | colour, function()))
+def test_a_minus_one_that_ends_a_line_ends_no_dataset(tmp_path):
+    path = by_pyuff(tmp_path, nodes(1, 101) | {"color": [-1, 0]}, function())
+    assert set(uff.read(path).positions) == {"1", "101"}
+
+
+def test_without_dataset_164_the_size_is_told_and_the_unit_can_be_stated(tmp_path):
+    path = by_pyuff(tmp_path, nodes(1, 101), function())
+    told = uff.read(path, length_unit=1.0).positions
+    in_millimetres = uff.read(path, length_unit=1e-3).positions
+    np.testing.assert_allclose(in_millimetres["101"], 1e-3 * np.array(told["101"]))
+    size = np.linalg.norm(np.subtract(told["101"], told["1"]))
+    with pytest.warns(UserWarning, match=rf"no units .* extend over {size:.4g} m\..*length_unit"):
+        uff.read(path)
+    stated = by_pyuff(tmp_path, units(length=1000.0), nodes(1, 101), function())
+    with pytest.raises(ValueError, match=r"length_unit=0\.001 was given, and .* Leave length_unit"):
+        uff.read(stated, length_unit=1e-3)
+
+
+def test_nodes_that_are_not_asked_for_are_not_decoded(tmp_path):
+    """A value that is none stands where nobody looks."""
+    path = by_pyuff(tmp_path, nodes(1, 2, 101), function(), function(rsp_node=2, id1="second"))
+    head, second = path.read_text().split("second")
+    lines = second.split("\n")
+    lines[11] = "  not a number" + lines[11][14:]
+    path.write_text("second".join([head, "\n".join(lines)]))
+    assert [sensor.name for sensor in uff.read(path, only=[1]).sensors] == ["1"]
+    with pytest.raises(uff.MeasurementFileError, match=r"block 3 .* no number in its columns"):
+        uff.read(path)
 
 
 def test_a_node_without_coordinates_is_named(tmp_path):

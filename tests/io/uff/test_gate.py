@@ -145,11 +145,52 @@ def test_a_wrong_byte_order_or_kind_of_number_is_refused(tmp_path, columns, valu
 
 def test_text_outside_of_datasets_drops_no_dataset(tmp_path, text):
     delimiter = text.index("    -1\n    -1\n") + len("    -1\n")
-    refused(
-        tmp_path, text[:delimiter] + "lost\n" + text[delimiter:], "holds b'lost' outside of its"
-    )
+    for lost in (b"  12  1.5E+00", b"\0\1 of a binary one", b"NONE\nNONE\n    58\nNONE"):
+        shown = text[:delimiter].encode() + lost + b"\n" + text[delimiter:].encode()
+        refused(tmp_path, shown, r"holds b'.*outside of its")
     without = text[:delimiter] + text[delimiter + len("    -1\n") :]
-    refused(tmp_path, without, "datasets, after 1 of them; nothing may stand there")
+    refused(tmp_path, without, "datasets, after 1 of them; only lines of words may stand there")
+
+
+def test_comments_may_stand_between_datasets(tmp_path, text):
+    delimiter = text.index("    -1\n    -1\n") + len("    -1\n")
+    comment = "Workpiece A\nFile written 19 May 2021 09:58:46\n\tby M\xfcller\n"
+    commented = text[:delimiter] + comment + text[delimiter:] + comment
+    np.testing.assert_array_equal(read(tmp_path, commented).frf, read(tmp_path, text).frf)
+
+
+@pytest.mark.parametrize("form", ["{:13.5E}", "{:13.4e}", "D", "e+0", "no letter"])
+def test_exponents_of_any_legal_form_are_read(tmp_path, form):
+    """Dataset 15 and values of dataset 58 as Fortran, C and Windows write them."""
+
+    def written(value):
+        if form.startswith("{"):
+            return form.format(value)
+        mantissa, exponent = f"{value:.5E}".split("E")
+        number, letter = int(exponent), {"D": "D", "e+0": "e", "no letter": ""}[form]
+        digits = f"{number:+03d}" if form == "D" else f"{number:+04d}"
+        return f"{mantissa}{letter}{digits}".rjust(13)
+
+    nodes = ((1, -0.25, -1e-3, -0.5), (2, 0.25, 1.25, -2e-6))
+    rows = [
+        f"{n:10d}{0:10d}{0:10d}{0:10d}{written(x)}{written(y)}{written(z)}" for n, x, y, z in nodes
+    ]
+    values = [-1.5, 2.5e-3, -3e2, 0.125, 7e-12, -1.0]
+    head = [
+        *["NONE"] * 5,
+        f"{4:5d}{1:10d}{1:5d}{0:10d} {'NONE':<10}{1:10d}{3:4d} {'NONE':<10}{2:10d}{-3:4d}",
+        f"{5:10d}{3:10d}{1:10d}{written(5.0)}{written(0.5)}{written(0.0)}",
+        *(f"{kind:10d}{0:5d}{0:5d}{0:5d} {'NONE':<20} {'NONE':<20}" for kind in (18, 12, 13, 0)),
+    ]
+    blocks = (["    15", *rows], ["    58", *head, "".join(map(written, values))])
+    units = ["   164", f"{1:10d}{'SI':>20}{1:10d}", "  1.0D+00  1.0D+00  1.0D+00", "  0.0D+00"]
+    content = "".join("\n".join(["    -1", *lines, "    -1\n"]) for lines in (units, *blocks))
+    found = read(tmp_path, content)
+    assert found.positions == {str(n): (x, y, z) for n, x, y, z in nodes}
+    np.testing.assert_array_equal(found.frequency, [5.0, 5.5, 6.0])
+    np.testing.assert_array_equal(
+        found.frf[0, 0], np.array(values[::2]) + 1j * np.array(values[1::2])
+    )
 
 
 def test_an_end_of_file_of_old_systems_may_stand_behind_the_datasets(tmp_path, text):
