@@ -54,12 +54,13 @@ def reading(path: Path, contents: str, remedy: str) -> Iterator[None]:
     Raises
     ------
     InputError
-        In the place of any error of a library. Errors of this package keep their type.
+        In the place of any error of a library. Errors of this package keep their type, and so do
+        warnings that a caller makes errors.
     """
     try:
         yield
         _note(path)
-    except MissingExtraError:
+    except (MissingExtraError, Warning):
         raise
     except InputError as error:
         if path.name in str(error):

@@ -197,8 +197,8 @@ def _of_file(path: Path, mapping: Mapping, rows: list[ChannelRow]) -> Imported:
     else:
         if mapping.length_unit is not None:
             raise InputError(
-                f"{mapping.place} has the field length_unit, and {path} is no universal file; it is "
-                "needed for its nodes alone, since a channel table is in m. Leave it out."
+                f"{mapping.place} has the field length_unit, and {path} is no universal file; it "
+                "is needed for its nodes alone, since a channel table is in m. Leave it out."
             )
         source = _loaded(path)
         if not mapping.frf and {"name", "role"} <= {*map(str.lower, source.arrays)}:

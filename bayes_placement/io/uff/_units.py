@@ -79,8 +79,8 @@ def of_nodes(
                 f"contradict each other. Leave {name} out."
             )
     places = np.asarray(positions, float).reshape(-1, 3)
-    if not units.stated and length_unit is None and len(places):
-        size = np.linalg.norm(np.ptp(places, axis=0))
+    if not units.stated and length_unit is None and places.any():
+        size = np.linalg.norm(np.ptp(places, axis=0)) or np.linalg.norm(places[0])
         warn(
             f"{path} states no units (no dataset 164), so that coordinates are taken for metres: "
             f"its nodes extend over {size:.4g} m. State what they are: length_unit=1.0 for metres, "

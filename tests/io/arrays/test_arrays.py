@@ -82,7 +82,7 @@ def test_what_is_not_read_of_matlab_says_why(name, reason):
         ("corrupted_zlib_data.mat", "another length"),
         ("malformed1.mat", "the file ends too early: an element has 658840 bytes and"),
         ("bad_miuint32.mat", "no sizes"),
-        ("testdouble_4.2c_SOL2.mat", "holds no format of measured FRFs that is known"),
+        ("testdouble_4.2c_SOL2.mat", "is in no format that is known by its first bytes"),
     ],
 )
 def test_damaged_files_of_matlab_are_refused(name, reason):

@@ -433,7 +433,11 @@ def test_a_sensor_and_an_actuator_at_one_node_both_have_its_position(tmp_path):
     rows = [["name", "role", "node"], ["s1", "sensor", 5], ["a1", "actuator", 5]]
     write_table(tmp_path / "channels.csv", rows)
     place = (0.25, 0.0, 0.0)
-    assert bp.io.read(tmp_path).measurement.positions == {"s1": place, "a1": place}
+    in_metres = {"length_unit": 1.0}
+    assert bp.io.read(tmp_path, in_metres).measurement.positions == {"s1": place, "a1": place}
+    np.savez(tmp_path / "a.npz", **ARRAYS)
+    with pytest.raises(ValueError, match=r"has the field length_unit, and .* no universal file"):
+        bp.io.read(tmp_path / "a.npz", in_metres)
 
 
 # -------------------------------------------------------------------------------- what is asked for
@@ -699,7 +703,7 @@ WRONG = {
         'axis = ["frequency"]': r"the field frf\.axis is not known; the nearest known one is",
     },
     '{ array = "f", unit = "Hz" }': {
-        '{ array = "f", unit = "Hertz" }': "the unit of the frequency is 'Hertz'",
+        '{ array = "f", unit = "octaves" }': "the unit of the frequency is 'octaves'",
         '{ array = "C", unit = "Hz" }': "the frequency has 12 lines and the FRFs have 6",
         '{ first = 3.0, step = -0.5, unit = "Hz" }': "it must increase from line to line",
         "{ first = 3.0 }": "either an array, or first and step, is needed",
