@@ -110,3 +110,10 @@ def _motion(unit: str) -> FrfUnit | None:
     if length not in LENGTH or slash + rate not in _RATES:
         return None
     return FrfUnit(_RATES[slash + rate], LENGTH[length])
+
+
+def is_unit(label: str) -> bool:
+    """Whether a text is a unit that is known: of FRFs, lines, levels, angles, records or none."""
+    spelt = plain(label)
+    known = {*FREQUENCY, *ANGLE, *VOLTAGE, *FORCE, *LENGTH, *STANDARD_GRAVITY, "s", "-", "1", "dB"}
+    return spelt in known or frf_unit(spelt) is not None or _motion(spelt) is not None

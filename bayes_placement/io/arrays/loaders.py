@@ -6,7 +6,7 @@ from pathlib import Path
 from ..._types import InputError, arguments_checked
 from .. import _contents
 from .._gate import existing
-from . import hdf5, mat, npz, text, workbook
+from . import hdf5, mat, npz, text, text_blocks, workbook
 from .named_arrays import NamedArrays
 
 LOADERS: dict[str, Callable[[Path], NamedArrays]] = {
@@ -16,7 +16,7 @@ LOADERS: dict[str, Callable[[Path], NamedArrays]] = {
     _contents.NPZ: npz.load,
     _contents.NPY: npz.load_array,
     _contents.WORKBOOK: workbook.load,
-    _contents.TEXT: text.load,
+    _contents.TEXT: text_blocks.load,
     _contents.ABAQUS_MATRIX: text.load,  # five columns of numbers may be anything
 }
 

@@ -13,12 +13,15 @@ import numpy as np
 from ..._types import InputError
 from ...experiment._measurement_words import counted
 from .._contents import decoded
+from .._frf_units import is_unit
 from .._gate import existing, reading
 from .named_arrays import NamedArrays
 
 _MOST_BYTES = 512 << 20
-_FORM = "columns of text"
-_REMEDY = "Export the columns again, with a comma, a semicolon or a tab between them."
+FORM = "columns of text"
+"""What the files are, for messages."""
+
+REMEDY = "Export the columns again, with a comma, a semicolon or a tab between them."
 LONGEST_NAME = 500
 _COMMENTS = ("#", "%", "//", "!")
 _UNIT = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]]*)[\])]\s*")
@@ -43,8 +46,8 @@ def load(path: Path) -> NamedArrays:
 
     The columns are separated by tabs, semicolons, commas or blanks; a comma is the decimal point
     only where semicolons or tabs separate and no number has a point. The heading is the last line
-    before the numbers; a unit may stand in it in brackets: `frequency [Hz]`. Columns without
-    heading are `column 1` and so on.
+    before the numbers; a unit may stand in it in brackets: `frequency [Hz]`, or all units in a line
+    of their own below it. Columns without heading are `column 1` and so on.
 
     Raises
     ------
@@ -53,9 +56,9 @@ def load(path: Path) -> NamedArrays:
     InputError
         If the rows have different lengths, or a column mixes numbers and texts.
     """
-    with reading(path, _FORM, _REMEDY):
+    with reading(path, FORM, REMEDY):
         rows = read_rows(path)
-        return of_rows(path, _FORM, rows.names, rows.cells, rows.skipped)
+        return of_rows(path, FORM, rows.names, rows.cells, rows.skipped)
 
 
 def read_rows(path: Path) -> Rows:
@@ -68,7 +71,7 @@ def read_rows(path: Path) -> Rows:
     InputError
         If it holds other things than text, or rows of different lengths.
     """
-    lines = [line for line in text_of(path).splitlines() if line.strip()]
+    lines = lines_of(path)
     rows, decimal = _split_rows(lines)
     width = _width(rows)
     first = _first_of_numbers(rows, width, decimal)
@@ -76,6 +79,31 @@ def read_rows(path: Path) -> Rows:
     cells = _with_points(rows[first:], decimal)
     _check_lengths(cells, width, first)
     return _with_names(before, cells)
+
+
+def numbers_of(lines: list[str]) -> list[list[str]]:
+    """Cells of rows of numbers.
+
+    Raises
+    ------
+    InputError
+        If the rows have different lengths.
+    """
+    rows, decimal = _split_rows(lines)
+    cells = _with_points(rows, decimal)
+    _check_lengths(cells, _width(rows), 0)
+    return cells
+
+
+def lines_of(path: Path) -> list[str]:
+    """Lines of a file that are not blank.
+
+    Raises
+    ------
+    InputError
+        If it is too large, or no text.
+    """
+    return [line for line in text_of(path).splitlines() if line.strip()]
 
 
 def read_table(path: Path) -> Rows:
@@ -88,7 +116,7 @@ def read_table(path: Path) -> Rows:
     InputError
         If it holds other things than text, or rows of different lengths.
     """
-    rows, decimal = _split_rows([line for line in text_of(path).splitlines() if line.strip()])
+    rows, decimal = _split_rows(lines_of(path))
     names, *cells = _with_points(rows, decimal)
     _check_lengths(cells, len(names), 1)
     return Rows(names, cells, [])
@@ -114,7 +142,7 @@ def of_rows(
     for number, (name, column) in enumerate(zip(names, columns, strict=True), start=1):
         label, unit = headings[number - 1]
         label = name if often[label] > 1 else label
-        if not label.isprintable() or len(label) > LONGEST_NAME:
+        if not label.strip() or not label.isprintable() or len(label) > LONGEST_NAME:
             label = f"column {number}"  # left out, it would shift the numbers of those behind it
         if label in plain:
             raise InputError(f"two columns are named {label!r}, and either could be meant")
@@ -250,11 +278,20 @@ def _check_lengths(cells: list[list[str]], width: int, first: int) -> None:
 def _with_names(before: list[list[str]], cells: list[list[str]]) -> Rows:
     """The heading is the last line before the numbers that has a word for each column."""
     width = len(cells[0])
+    if len(before) > 1 and _is_row_of_units(before[-1]) and len(before[-2]) == width:
+        *before, names, units = before
+        before = [*before, [f"{n} [{u.strip('[]()')}]" for n, u in zip(names, units, strict=True)]]
     if before and len(before[-1]) == width and not any(map(is_number, before[-1])):
         *skipped, names = before
         return Rows(names, cells, [" ".join(row) for row in skipped])
     names = [f"column {number}" for number in range(1, width + 1)]
     return Rows(names, cells, [" ".join(row) for row in before])
+
+
+def _is_row_of_units(row: list[str]) -> bool:
+    """Whether each cell is a unit, one of them a known one, so that the names stand above."""
+    cells = [cell.strip("[]()") for cell in row]
+    return any(map(is_unit, cells)) and all(not cell or is_unit(cell) for cell in cells)
 
 
 def _column(name: str, cells: Sequence[str]) -> np.ndarray:

@@ -37,6 +37,17 @@ WORDS = {
 }
 """Words in headings, and the part that they mean; a `phase` is in degrees or radians."""
 
+_OF_FRFS = {
+    *("frf", "frfs", "h", "hf", "hv", "hs", "tf", "transfer", "response", "receptance"),
+    *("mobility", "accelerance", "inertance", "compliance"),
+}
+_OF_OTHERS = {
+    *("cross", "auto", "spec", "spectrum", "spectra", "psd", "asd", "csd", "power", "fft"),
+    *("coh", "coherence", "correlation", "cov", "covariance", "window", "error", "noise"),
+    *("impulse", "mode", "modes", "shape", "shapes", "eig", "pole", "poles"),
+}
+"""Words in names of arrays that say FRFs, and that say something else."""
+
 FIRSTS, ANGLES = ("real", "magnitude", "decibel"), ("degrees", "radians", "phase")
 _EXACT = {"decibel": "magnitude", "degrees": "phase", "radians": "phase"}
 _REFERENCE = re.compile(r"(dB|decibels?)\s+re\b", re.IGNORECASE)
@@ -78,6 +89,14 @@ def _of_unit(label: str) -> str | None:
     return WORDS[label] if WORDS.get(label) in ANGLES else None
 
 
+def said_of(name: str) -> bool | None:
+    """Whether the name of an array says that it holds FRFs; None where it says nothing."""
+    words = {*_tokens(name)}
+    if words & _OF_OTHERS:
+        return False
+    return True if words & _OF_FRFS else None
+
+
 def part_of_column(source: NamedArrays, name: str) -> str | None:
     """Return the part of an FRF that the heading of a column says."""
     return part_of(split_unit(name)[0], source.units.get(name, ""))
@@ -98,10 +117,10 @@ def _pairs(columns: dict[str, str | None]) -> Iterator[PartPair]:
         if part not in FIRSTS:
             continue
         wanted = partners_of(part)
-        partner = _of_same(name, {key: kind for key, kind in columns.items() if kind in wanted})
+        partner = of_same(name, {key: kind for key, kind in columns.items() if kind in wanted})
         if partner is not None:
             coherences = {key: kind for key, kind in columns.items() if kind == "coherence"}
-            yield PartPair({part: name, str(columns[partner]): partner}, _of_same(name, coherences))
+            yield PartPair({part: name, str(columns[partner]): partner}, of_same(name, coherences))
 
 
 def partners_of(part: str | None) -> tuple[str, ...]:
@@ -109,8 +128,8 @@ def partners_of(part: str | None) -> tuple[str, ...]:
     return ("imaginary",) if part == "real" else ANGLES
 
 
-def _of_same(name: str, candidates: Iterable[str]) -> str | None:
-    """Column of the same FRF: the one whose other words agree, or the only one there is."""
+def of_same(name: str, candidates: Iterable[str]) -> str | None:
+    """Return the column of the same FRF: whose other words agree, or the only one there is."""
     same = [key for key in candidates if _stem(key) == _stem(name)] or list(candidates)
     return same[0] if len(same) == 1 else None
 

@@ -16,8 +16,11 @@ from ._headings import (
     PartPair,
     columns_by_part,
     first_pair,
+    of_same,
+    part_of,
     part_of_column,
     partners_of,
+    said_of,
 )
 from ._values import name_of, stated_units
 from .mapping import AXES, PARTS, Column, FrequencyRule, FrfRule, Mapping
@@ -96,7 +99,7 @@ def _missing(
     mapping: Mapping, source: NamedArrays, labels: dict[str, list[str]]
 ) -> Iterable[tuple[str, str]]:
     """What is missing in words, and the line that says it."""
-    frf_line = _frf_line(_main(source.arrays), source, mapping)
+    frf_line = _frf_line(source, mapping)
     if not mapping.frf:
         yield "which array holds the FRFs, with which axes and unit", frf_line
     elif any(not _has_unit(rule, source) for rule in mapping.frf):
@@ -107,9 +110,11 @@ def _missing(
         yield "in which unit the frequencies are", _frequency_line(source, mapping)
     columns = not mapping.frf and "frf = [" in frf_line
     single = columns or (mapping.frf and all(rule.sensor and rule.actuator for rule in mapping.frf))
+    sizes = _sizes_of_axes(source, mapping)
     for name in ("sensors", "actuators"):
         if not single and getattr(mapping, name) is None:
-            known = labels.get(name) or {"sensors": ["s1+x", "s2+x"], "actuators": ["a1+x"]}[name]
+            count = sizes[name.removesuffix("s")]
+            known = labels.get(name) or [f"{name[0]}{number}+x" for number in range(1, count + 1)]
             label_list = ", ".join(map(_quoted, known))
             yield f"of which {name}", f"{name} = [{label_list}]  # in the order of the array"
 
@@ -131,24 +136,113 @@ def _frequency_columns(rule: FrequencyRule) -> list[Column]:
     return [] if rule.array is None else [rule.array]
 
 
-def _main(arrays: dict[str, np.ndarray]) -> str:
-    """Name of the array that is most likely the FRFs: complex, then the largest."""
-    numbers = {name: values for name, values in arrays.items() if values.dtype.kind in "iufc"}
-    ranked = sorted(numbers, key=lambda name: (numbers[name].dtype.kind == "c", numbers[name].size))
-    return ranked[-1] if ranked else "H"
+def _numbers(source: NamedArrays) -> dict[str, np.ndarray]:
+    """Arrays that may hold FRFs, those of complex numbers alone where there are some."""
+    several = {
+        name: values
+        for name, values in source.arrays.items()
+        if values.dtype.kind in "iufc" and values.size > 1
+    }
+    of_complex = {name: values for name, values in several.items() if values.dtype.kind == "c"}
+    return of_complex or several
 
 
-def _frf_line(main: str, source: NamedArrays, mapping: Mapping) -> str:
-    values = source.arrays.get(main)
-    if values is not None and values.ndim == 1 and values.dtype.kind != "c":
-        return _columns_line(source, mapping)
-    size = " x ".join(map(str, values.shape)) if values is not None else "its"
-    axes = ", ".join(f'"{axis}"' for axis in AXES)
-    what = f"array = {_quoted(main)}"
-    if values is not None and values.dtype.kind != "c":
-        what = 'real = "Re", imaginary = "Im"'
+def _named_as_frfs(source: NamedArrays) -> list[str]:
+    """Arrays that their names say are FRFs, else those of which they say nothing."""
+    said = {name: said_of(name) for name in _numbers(source)}
+    named = [name for name, is_frf in said.items() if is_frf]
+    return named or [name for name, is_frf in said.items() if is_frf is None]
+
+
+def _frf_line(source: NamedArrays, mapping: Mapping) -> str:
+    """Line that says which array holds the FRFs; all that it can be, where names leave it open."""
+    numbers = _numbers(source)
+    if all(values.dtype.kind != "c" for values in numbers.values()):
+        flat = all(values.ndim == 1 for values in numbers.values())
+        return _columns_line(source, mapping) if flat else _block_of_parts(source, mapping)
+    chosen = _named_as_frfs(source)
+    said = [name for name in chosen if said_of(name)]
+    blocks = [name for name in chosen if numbers[name].squeeze().ndim > 1]
+    is_open = not chosen or len(blocks) > 1 or (len(chosen) > 1 and not said)
+    if is_open:
+        lines = [_complex_line([name], source, mapping) for name in numbers]
+        return _question("Which array holds the FRFs, the names do not say", lines)
+    return _complex_line(blocks or chosen, source, mapping)
+
+
+def _question(what: str, lines: Iterable[str]) -> str:
+    """Lines of which one is to be chosen; as comments, so that none is taken before."""
+    head = f"# {what}: take away the # before what is right."
+    return "\n".join([head, *(f"# {line}" for line in lines)])
+
+
+def _complex_line(names: list[str], source: NamedArrays, mapping: Mapping) -> str:
+    """Line of one array of all pairs, or of arrays of one pair each."""
     unit = "" if mapping.unit else ', unit = "(m/s^2)/N"'
-    return f"frf = {{ {what}, axes = [{axes}]{unit} }}  # in the order of {size} numbers"
+    values = source.arrays[names[0]]
+    if values.squeeze().ndim > 1:
+        size = " x ".join(map(str, values.shape))
+        line = f"frf = {{ array = {_quoted(names[0])}, axes = {_axes(source, values)}{unit} }}"
+        return f"{line}  # in the order of {size} numbers"
+    coherences = [n for n, v in source.arrays.items() if v.size == values.size and _is_coherence(n)]
+    pairs = [
+        f'{{ sensor = "s{number}+x", actuator = "a1+x", array = {_quoted(name)}'
+        f"{_coherence_of(name, coherences)}{unit} }}"
+        for number, name in enumerate(names, start=1)
+    ]
+    return f"frf = [{', '.join(pairs)}]  # one table for each pair"
+
+
+def _is_coherence(name: str) -> bool:
+    return part_of(name) == "coherence"
+
+
+def _coherence_of(name: str, coherences: list[str]) -> str:
+    found = of_same(name, coherences)
+    return f", coherence = {_quoted(found)}" if found else ""
+
+
+def _axes(source: NamedArrays, values: np.ndarray) -> str:
+    names = ", ".join(f'"{axis}"' for axis in _order_of_axes(source, values))
+    return f"[{names}]"
+
+
+def _order_of_axes(source: NamedArrays, values: np.ndarray) -> list[str]:
+    """Axes of an array: that of the lines is as long as a rising array, else the longest."""
+    lines = {np.size(known) for known in source.arrays.values() if _is_axis(known)}
+    shape = values.shape[: len(AXES)]
+    fitting = [place for place, size in enumerate(shape) if size in lines and size > 1]
+    frequency = fitting[0] if fitting else int(np.argmax(shape or (0,)))
+    order = [axis for axis in AXES if axis != "frequency"]
+    order.insert(frequency, "frequency")
+    return order
+
+
+def _sizes_of_axes(source: NamedArrays, mapping: Mapping) -> dict[str, int]:
+    """Numbers of sensors and actuators by the shape of the array of the FRFs."""
+    sizes = dict.fromkeys(("sensor", "actuator"), 1)
+    named = [*mapping.frf[0].parts.values()] if mapping.frf else _named_as_frfs(source)[:1]
+    values = next((source.arrays[str(name)] for name in named if name in source.arrays), None)
+    if values is None or values.ndim < 2:
+        return sizes
+    axes = (mapping.frf[0].axes if mapping.frf else None) or _order_of_axes(source, values)
+    return sizes | dict(zip(axes, values.shape, strict=False))
+
+
+def _block_of_parts(source: NamedArrays, mapping: Mapping) -> str:
+    """Line of two real arrays of all pairs, by what their names say of their parts."""
+    numbers = {n: values for n, values in _numbers(source).items() if values.ndim > 1}
+    pair = first_pair(columns_by_part(source, [n for n in numbers if said_of(n) is not False]))
+    unit = "" if mapping.unit else ', unit = "(m/s^2)/N"'
+    values = (
+        next(iter(numbers.values())) if pair is None else numbers[next(iter(pair.parts.values()))]
+    )
+    parts = dict(pair.parts) if pair else {"real": "NAME OF THE REAL PART", "imaginary": "NAME"}
+    fields = ", ".join(f"{part} = {_quoted(name)}" for part, name in parts.items())
+    line = f"frf = {{ {fields}, axes = {_axes(source, values)}{unit} }}"
+    if pair is not None and "phase" not in parts:
+        return f"{line}  # in the order of {' x '.join(map(str, values.shape))} numbers"
+    return _question("Which arrays are the parts of the FRFs, the names do not say", [line])
 
 
 def _columns_line(source: NamedArrays, mapping: Mapping) -> str:
@@ -172,8 +266,7 @@ def _columns_line(source: NamedArrays, mapping: Mapping) -> str:
     ]
     if len(lines) == 1 and not any(part.startswith(_OPEN) for part in pair.parts):
         return f"{lines[0]}  # one table for each pair"
-    what = "# Which parts they are, the headings do not say: take away the # before what is right."
-    return "\n".join([what, *(f"# {line}" for line in lines)])
+    return _question("Which parts they are, the headings do not say", lines)
 
 
 def _may_be(part: str, heading_part: str) -> bool:
@@ -237,11 +330,14 @@ def _quoted(name: str) -> str:
 
 
 def _axis(source: NamedArrays) -> str | None:
-    """Array that is most likely the frequency: it rises, and no heading says it is a part."""
+    """Array that is most likely the frequency: it rises, as long as others, and is no part."""
+    numbers = _numbers(source)
     rising = [
         name
         for name, values in source.arrays.items()
-        if _is_axis(values) and part_of_column(source, name) is None
+        if _is_axis(values)
+        and part_of_column(source, name) is None
+        and any(values.size in other.shape for key, other in numbers.items() if key != name)
     ]
     named = [
         name for name in rising if name[:1].lower() == "f" or source.units.get(name) in FREQUENCY

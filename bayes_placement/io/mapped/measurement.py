@@ -12,6 +12,7 @@ from ...positions.channel import Channel, match, parsed
 from .._channel_row import ChannelRow
 from .._frf_units import FrfUnit, VoltageUnit
 from .._gate import check_plausible, reading
+from .._usable_lines import usable_lines
 from ..arrays.named_arrays import NamedArrays
 from . import _lines_needed, _values
 from .mapping import FrfRule, Mapping
@@ -55,19 +56,30 @@ def measurement_of(
     ):
         single = any(rule.sensor is not None for rule in mapping.frf)
         raw = _pairs(source, mapping) if single else _block(source, mapping)
-        in_si, sentence = _in_si(raw, mapping, rows)
+        usable = usable_lines(source.path, raw.frequency, raw.frf, raw.coherence)
+        in_si, sentence = _in_si(_at_lines(raw, usable), mapping, rows)
         measurement = _named(in_si, mapping, rows)
         check_axes(measurement, rows)
         check_plausible(source.path, frf=measurement.frf[measurement.measured])
     sentences = [*raw.sentences, sentence, *_of_settings(measurement, mapping)]
     unscaled = rows if isinstance(raw.unit, FrfUnit) else []
+    several = f"{counted(int(np.sum(~usable)), 'line')}"
+    unusable = {} if usable.all() else {several: "their coherence or their FRFs are no measurement"}
     left_out = {
         **source.left_out,
+        **unusable,
         **_unused(source, mapping),
         **unused_rows(rows, measurement),
         **unused_sensitivities(unscaled),
     }
     return measurement, report(source.path, source.format, sentences, left_out, measurement)
+
+
+def _at_lines(raw: Assembled, lines: np.ndarray) -> Assembled:
+    coherence = None if raw.coherence is None else raw.coherence[..., lines]
+    return raw._replace(
+        frf=raw.frf[..., lines], coherence=coherence, frequency=raw.frequency[lines]
+    )
 
 
 def _block(source: NamedArrays, mapping: Mapping) -> Assembled:

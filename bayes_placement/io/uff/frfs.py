@@ -11,6 +11,7 @@ from ..._types import arguments_checked, check_kind
 from ...experiment.measurement import Channel, Measurement, Position
 from ...experiment.quantities import converted, frf_name
 from .._gate import check_plausible, path_of, reading
+from .._usable_lines import usable_lines
 from ._datasets import FUNCTION, VARIANCE_NOTE, Dataset, MeasurementFileError, described, load
 from ._datasets import left_out as _datasets_left_out
 from ._nodes import node_positions
@@ -109,7 +110,9 @@ def read(
             transducers[node]: (length * x, length * y, length * z)
             for node, (x, y, z) in positions.items()
         }
-        measurement = _assembled(datasets, frfs, transducers, positions, averages, quantity)
+        measurement = _assembled(
+            Path(path), datasets, frfs, transducers, positions, averages, quantity
+        )
         _check_values(Path(path), measurement)
         return measurement
 
@@ -153,6 +156,7 @@ def _check_values(path: Path, measurement: Measurement) -> None:
 
 
 def _assembled(
+    path: Path,
     datasets: list[Dataset],
     frfs: list[_Function],
     transducers: dict[int, str],
@@ -168,17 +172,21 @@ def _assembled(
         frf._replace(values=converted(frf.values, frf.frequency, frf.quantity, quantity))
         for frf in frfs
     ]
+    frf = _arranged(of_one_quantity, sensors, actuators)
+    coherence = _coherence(datasets, frfs, sensors, actuators)
+    variance = _variance(datasets, frfs, sensors, actuators, quantity)
+    lines = usable_lines(path, frfs[0].frequency, frf, coherence)
     return Measurement.from_arrays(
-        _arranged(of_one_quantity, sensors, actuators),
-        frfs[0].frequency,
+        frf[..., lines],
+        frfs[0].frequency[lines],
         sensors=[Channel(transducers[node], direction) for node, direction in sensors],
         actuators=[Channel(transducers[node], direction) for node, direction in actuators],
         quantity=quantity,
-        coherence=_coherence(datasets, frfs, sensors, actuators),
+        coherence=None if coherence is None else coherence[..., lines],
         averages=averages if averages is not None else _noted(frfs, "averages"),
         positions=positions,
         force_level=_noted(frfs, "force_level"),
-        variance=_variance(datasets, frfs, sensors, actuators, quantity),
+        variance=None if variance is None else variance[..., lines],
     )
 
 
