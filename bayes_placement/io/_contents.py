@@ -13,7 +13,7 @@ WAV, TDMS, MDF, LABVIEW = "WAV", "TDMS", "MDF", "LabVIEW text"
 UNKNOWN = ""
 
 _ARRAYS = "bp.io.read(path, mapping) for FRFs, bp.time_records.read(path, channels) for records"
-_RECORDS = "bp.time_records.read(path, channels), which holds time records"
+_RECORDS = "bp.time_records.read(path, channels) as time records"
 READERS = {
     UNIVERSAL: "bp.io.read for FRFs, bp.time_records.read for time histories, bp.io.read_modes for "
     "modes of a model, bp.io.modal_parameters.read for measured ones, bp.io.mesh.read for meshes",

@@ -5,6 +5,7 @@ from typing import Any, Literal, NamedTuple
 
 from .._types import InputError
 from . import _contents as content
+from . import _modal_arrays
 from .mapped._toml_fields import TomlTable, is_text, load
 from .uff import measured_modes
 
@@ -15,6 +16,9 @@ HEADING = "natural_frequency"
 """Beginning of the name of a column that every table of modal parameters has."""
 
 DEVIATIONS = ("frequency_deviation", "damping_deviation", "shape_deviation")
+OF_ARRAYS = (content.MAT, content.MAT_HDF5, content.HDF5, content.NPZ)
+"""Files that may hold modal parameters as arrays by name."""
+
 UNITS_OF_POLES: tuple[Literal["rad/s", "Hz"], ...] = ("rad/s", "Hz")
 _KNOWN = ("file", *DEVIATIONS, "names", "poles")
 
@@ -45,6 +49,8 @@ def holds_modal_parameters(path: Path) -> bool:
     kind = content.content_of(path)
     if kind == content.UNIVERSAL:
         return measured_modes.holds_modes_alone(path)
+    if kind in OF_ARRAYS:
+        return _modal_arrays.holds_modes(path)
     return kind == content.TEXT and HEADING in content.head_of(path)
 
 

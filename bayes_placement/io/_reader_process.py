@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -13,13 +14,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._types import InputError
+from .._types import InputError, MissingExtraError
 from ._npz_archive import NpzArchive
 
 SECONDS, CPU_SECONDS, SECONDS_PER_MEGABYTE = 20.0, 8.0, 2.0
 """Time that reading a file may take, on the clock and of the processor, which other work on the
 machine does not prolong, and either for each megabyte besides."""
 
+_MISSING = re.compile(r"ModuleNotFoundError: No module named '(\w+)")
 _CHILD = Path(__file__).with_name("_child.py")
 
 # HDF5 loads filters from folders that the environment names; a file could ask for one of them.
@@ -60,6 +62,8 @@ def run(
 
     Raises
     ------
+    MissingExtraError
+        If it lacks a library.
     InputError
         If the process fails, ends, or takes too long.
     """
@@ -80,6 +84,12 @@ def run(
         if done.returncode == -getattr(signal, "SIGXCPU", 0):
             raise refused(f"it did not end within {cpu_allowed} s of computing")
         complaints = " ".join(done.stderr.decode("utf-8", "replace").split())
+        missing = _MISSING.search(complaints) if done.returncode else None
+        if missing:
+            raise MissingExtraError(
+                f"{path} cannot be read as {contents}, since {missing[1]} is not installed, which "
+                f"its reader needs for this format. Install it: pip install {missing[1]}."
+            )
         if done.returncode or not result.is_file():
             raise refused(complaints[-300:] or f"its process ended with {done.returncode}")
         return _unpacked(NpzArchive(result, contents), complaints)

@@ -69,6 +69,8 @@ FORMATS = [
     Format("matrices", (".full",), "ansys.read_matrices"),
     Format("matrices", (".inp",), "abaqus.read_matrices", {}, content.ABAQUS_MATRIX),
     Format("matrices", (".npz", ".mtx", ".mtx.gz"), "matrix_files.read", {}, content.MATRIX_MARKET),
+    Format("matrices", (".mat",), "matrix_files.read", {}, content.MAT),
+    Format("matrices", (), "matrix_files.read", {}, content.MAT_HDF5),
 ]
 
 
@@ -172,8 +174,8 @@ def _format(contents: str, path: Path) -> Format:
         return chosen
     suffixes = dict.fromkeys(suffix for known in formats for suffix in known.suffixes)
     raise InputError(
-        f"{path} has no suffix of a format for {contents}; one of {', '.join(suffixes)} is "
-        "needed, since the suffix tells the format. Rename the file, or read it with the "
+        f"{path} {content.described(path)}. For {contents} one of {', '.join(suffixes)} is needed, "
+        "since first bytes or suffix tell the format. Rename the file, or read it with the "
         f"function of its format, such as bp.io.{formats[0].reader}(path)."
     )
 

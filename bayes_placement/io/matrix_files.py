@@ -1,4 +1,4 @@
-"""Stiffness and mass in files of sparse matrices: SciPy (.npz) and Matrix Market (.mtx)."""
+"""Stiffness and mass in files of matrices: SciPy (.npz), Matrix Market (.mtx), MATLAB (.mat)."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,10 +10,12 @@ from jaxtyping import Int
 
 from .._types import InputError, arguments_checked
 from ..positions.reprs import with_short_repr
-from . import _matrix_market, _sparse_archive
+from . import _mat_matrices, _matrix_market, _sparse_archive
+from ._contents import content_of
 from ._gate import check_plausible, existing, reading
 from ._npz_archive import NpzArchive
 
+_FORMS = "a sparse matrix (.npz by SciPy, .mtx, or .mat)"
 _ROUND_OFF = 1e-8  # of the largest entry: asymmetry that the order of assembly leaves
 _OF_DIGITS = 1e-4  # of an entry: what a file of five digits leaves
 
@@ -50,19 +52,21 @@ class SystemMatrices(NamedTuple):
 @arguments_checked
 def read(
     stiffness: str | Path,
-    mass: str | Path,
+    mass: str | Path | None = None,
     *,
     regions: Mapping[str, str | Path] | None = None,
 ) -> SystemMatrices:
-    """Read stiffness, mass and the stiffness of regions from .npz (SciPy) or .mtx files.
+    """Read stiffness, mass and the stiffness of regions from .npz (SciPy), .mtx or .mat files.
 
-    Symmetric matrices of which only one triangle is stored are completed, whether the file says
-    so (Matrix Market) or not.
+    A file of MATLAB may hold both, full or sparse, as `K` and `M`, `K0` and `M0`, `stiffness` and
+    `mass` or the like, and no other square matrix of such a name. Symmetric matrices of which only
+    one triangle is stored are completed, whether the file says so (Matrix Market) or not.
 
     Parameters
     ----------
     stiffness, mass
-        Files of the matrices in SI, on all degrees of freedom.
+        Files of the matrices in SI, on all degrees of freedom; without that of the mass, both are
+        in one.
     regions
         File of the stiffness of each region, by its name.
 
@@ -81,10 +85,16 @@ def read(
     >>> bp.io.matrix_files.read("K.npz", "M.npz").mass.shape
     (10, 10)
     """
-    files = {"stiffness": stiffness, "mass": mass} | {
+    files = {"stiffness": stiffness, "mass": stiffness if mass is None else mass} | {
         f"region {name}": path for name, path in (regions or {}).items()
     }
-    matrices = {name: _read_matrix(Path(path)) for name, path in files.items()}
+    if mass is None and content_of(existing(Path(stiffness), _FORMS)) not in _mat_matrices.KINDS:
+        raise InputError(
+            f"{stiffness} was given alone, and is no file of MATLAB, which may hold both matrices; "
+            "that of the mass is needed, since modes follow from both: "
+            'io.read_matrices("K.mtx", "M.mtx").'
+        )
+    matrices = {name: _read_matrix(Path(path), name) for name, path in files.items()}
     return system_matrices(matrices, {name: str(path) for name, path in files.items()})
 
 
@@ -132,11 +142,13 @@ def system_matrices(
     return SystemMatrices(complete["stiffness"], complete["mass"], regions)
 
 
-def _read_matrix(path: Path) -> scipy.sparse.csc_array:
-    existing(path, "a sparse matrix (.npz by SciPy, or .mtx)")
+def _read_matrix(path: Path, role: str) -> scipy.sparse.csc_array:
+    existing(path, _FORMS)
     remedy = "Write it with scipy.sparse.save_npz (.npz) or scipy.io.mmwrite (.mtx, .mtx.gz)."
     with reading(path, "a sparse matrix", remedy):
-        if path.suffix == ".npz":
+        if content_of(path) in _mat_matrices.KINDS:
+            stored = _mat_matrices.matrix(path, role)
+        elif path.suffix == ".npz":
             stored = _sparse_archive.matrix(NpzArchive(path, "a matrix"))
         else:
             stored = _matrix_market.matrix(path)

@@ -1,9 +1,8 @@
-"""Meshes of many formats, by meshio: nodes, elements and named sets of nodes."""
+"""Meshes: universal files, CalculiX, and by meshio many formats: nodes, elements, node sets."""
 
 import importlib.util
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -11,8 +10,11 @@ from jaxtyping import Float, Int
 from .._types import InputError, MissingExtraError, arguments_checked, check_positive, warn
 from ..modes.finite_elements.modal_model import ModalModel
 from ..positions.reprs import with_short_repr
-from . import _reader_process
+from . import _calculix, _reader_process
+from . import _contents as content
 from ._gate import check_plausible, existing, reading
+from ._mesh_contents import MeshContents
+from .uff._mesh import load_mesh
 
 _READER = Path(__file__).with_name("_mesh_process.py")
 _REMEDY = "Convert it, or give node numbers and coordinates as arrays."
@@ -85,24 +87,26 @@ class Mesh:
 
 
 @arguments_checked
-def read(path: str | Path, *, length_unit: float = 1.0) -> Mesh:
-    """Read a mesh by meshio: Abaqus, Gmsh, Nastran bulk data, VTK, MED and others.
+def read(path: str | Path, *, length_unit: float | int | None = None) -> Mesh:
+    """Read a mesh: universal files, CalculiX (.frd), and by meshio Abaqus, Gmsh, Nastran, VTK, MED.
 
-    Nodes are numbered 1, 2, 3 and so on in the order of the file, since meshio does not keep the
-    numbers of the file; `Mesh.numbered_as` takes those of a model. Sets are point sets,
-    cell sets and the physical groups of Gmsh.
+    Universal files (nodes of dataset 15 or 2411, elements of 2412) and CalculiX keep the numbers of
+    their nodes. Otherwise nodes are numbered 1, 2, 3 and so on in the order of the file, since
+    meshio does not keep its numbers; `Mesh.numbered_as` takes those of a model. Sets are point
+    sets, cell sets and the physical groups of Gmsh.
 
     Parameters
     ----------
     path
-        The file; its suffix tells the format.
+        The file; its first bytes or its suffix tell the format.
     length_unit
-        What one unit of its coordinates is in metres: 1e-3 for mm.
+        What one unit of its coordinates is in metres: 1e-3 for mm; by default 1, or what a
+        universal file states.
 
     Raises
     ------
     MissingExtraError
-        If meshio is not installed.
+        If meshio is not installed, or what it needs for a format.
     FileNotFoundError
         If there is no such file.
     ValueError
@@ -117,23 +121,41 @@ def read(path: str | Path, *, length_unit: float = 1.0) -> Mesh:
     --------
     >>> mesh = bp.io.mesh.read("part.msh", length_unit=1e-3)  # doctest: +SKIP
     """
-    check_positive("length_unit", length_unit, "mesh.read(path, length_unit=1e-3)")
-    file = Path(path)
+    if length_unit is not None:
+        check_positive("length_unit", length_unit, "mesh.read(path, length_unit=1e-3)")
+    file = existing(Path(path), "a mesh")
+    kind = content.content_of(file)
+    with reading(file, "a mesh", _REMEDY):
+        if kind == content.UNIVERSAL:
+            contents = load_mesh(file, length_unit)
+        else:
+            contents = _calculix.load(file) if kind == content.CALCULIX else _by_meshio(file)
+            contents = contents._replace(points=contents.points * (length_unit or 1.0))
+        mesh = _mesh(file, contents)
+    if contents.complaints:
+        warn(
+            f"{path} was read, but its reader says: {contents.complaints} Check the number of "
+            "nodes and elements, or convert the file."
+        )
+    return mesh
+
+
+def _by_meshio(path: Path) -> MeshContents:
+    """Run meshio in a separate process, whose time and memory are limited."""
     if importlib.util.find_spec("meshio") is None:
         raise MissingExtraError(
             f"{path} cannot be read, since meshio is not installed, which knows the formats of "
             'meshes. Install it: pip install "bayes_placement[mesh]".'
         )
-    with reading(file, "a mesh", _REMEDY):
-        _check_end(existing(file, "a mesh"))
-        content = _contents_of(file)
-        mesh = _mesh(file, content, length_unit)
-    if content.complaints:
-        warn(
-            f"{path} was read, but meshio says: {content.complaints} Check the number of nodes "
-            "and elements, or convert the file."
-        )
-    return mesh
+    _check_end(path)
+    result = _reader_process.run(_READER, path, "a mesh", lambda reason: _refused(path, reason))
+    return MeshContents(
+        None,
+        result.arrays["points"],
+        _of_kind("elements ", result.arrays),
+        _of_kind("set ", result.arrays),
+        f"meshio says: {result.complaints}" if result.complaints else "",
+    )
 
 
 def _check_end(path: Path) -> None:
@@ -146,47 +168,28 @@ def _check_end(path: Path) -> None:
             raise _refused(path, f"it has no line {last.decode()}")
 
 
-class _Contents(NamedTuple):
-    """What meshio read: points, elements by type, named sets of nodes from 0, its complaints."""
-
-    points: np.ndarray
-    elements: dict[str, np.ndarray]
-    node_sets: dict[str, np.ndarray]
-    complaints: str
-
-
-def _contents_of(path: Path) -> _Contents:
-    """Run meshio in a separate process, whose time and memory are limited."""
-    result = _reader_process.run(_READER, path, "a mesh", lambda reason: _refused(path, reason))
-    return _Contents(
-        result.arrays["points"],
-        _of_kind("elements ", result.arrays),
-        _of_kind("set ", result.arrays),
-        result.complaints,
-    )
-
-
 def _of_kind(kind: str, arrays: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     return {
         name.removeprefix(kind): values for name, values in arrays.items() if name.startswith(kind)
     }
 
 
-def _mesh(path: Path, content: _Contents, length_unit: float) -> Mesh:
-    count = len(content.points)
+def _mesh(path: Path, contents: MeshContents) -> Mesh:
+    count = len(contents.points)
     if not count:
         raise _refused(path, "it holds no node")
     position = np.zeros((count, 3))
-    position[:, : content.points.shape[1]] = content.points * length_unit
+    position[:, : contents.points.shape[1]] = contents.points
     check_plausible(path, coordinates=position)
-    for name, nodes in (*content.elements.items(), *content.node_sets.items()):
+    for name, nodes in (*contents.elements.items(), *contents.node_sets.items()):
         if nodes.size and not (nodes.min() >= 0 and nodes.max() < count):
             raise _refused(path, f"{name} has a node that is not among its {count}")
+    node = np.arange(1, count + 1) if contents.node is None else contents.node
     return Mesh(
-        node=np.arange(1, count + 1),
+        node=node,
         position=position,
-        elements={name: _numbers(nodes) for name, nodes in content.elements.items()},
-        node_sets={name: _numbers(nodes) for name, nodes in content.node_sets.items()},
+        elements={name: node[nodes] for name, nodes in contents.elements.items()},
+        node_sets={name: node[nodes] for name, nodes in contents.node_sets.items()},
     )
 
 
@@ -195,10 +198,6 @@ def _refused(path: Path, reason: str) -> InputError:
         f"{path} cannot be read by meshio ({reason}); a mesh in a format that it tells by the "
         f"suffix is needed. {_REMEDY}"
     )
-
-
-def _numbers(points: np.ndarray) -> np.ndarray:
-    return np.asarray(points, dtype=np.int64) + 1
 
 
 def _renumbered(nodes: np.ndarray, new: dict[int, int]) -> np.ndarray:

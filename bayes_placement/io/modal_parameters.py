@@ -11,7 +11,7 @@ from .._types import InputError, arguments_checked, check_kind, check_positive
 from ..experiment.modal_parameters import ModalParameters
 from ..positions.channel import Channel, Channels
 from . import _contents as content
-from . import _modal_files
+from . import _modal_arrays, _modal_files
 from ._gate import existing, path_of, reading
 from .arrays import text
 from .uff import measured_modes
@@ -35,7 +35,7 @@ def read(
     names: Mapping[int, str] | None = None,
     poles: Literal["rad/s", "Hz"] | None = None,
 ) -> ModalParameters:
-    """Read modal parameters of a universal file (dataset 55) or of a table as `write` makes it.
+    """Read modal parameters of a universal file (dataset 55), of arrays, or of a table by `write`.
 
     A universal file states no errors: relative deviations have to be given. Its real normal modes
     and its complex modes are read (those of complex numbers by their real part after the best turn
@@ -46,6 +46,11 @@ def read(
     `natural_frequency_deviation [Hz]`, and as far as known `damping_ratio`,
     `damping_ratio_deviation`, `number`, and for each channel `shape s1+x` and
     `shape_deviation s1+x`; `nan` stands where nothing is known.
+
+    Files of arrays (MATLAB, NumPy, HDF5) hold natural frequencies [Hz], damping ratios [1] and
+    shapes (channel, mode) under names such as `natural_frequency`, `freqExp` or `fn`;
+    `damping_ratio`, `dampExp`, `zeta` or `xi`; `shape`, `psiExp` or `phi`; deviations end in `_std`
+    or `_deviation`. Channels are numbered from 1, or named by `names`.
 
     What a file does not say, a mapping may (TOML), which is then read in its place:
 
@@ -69,7 +74,8 @@ def read(
     shape_deviation
         Standard deviation of shapes over the greatest displacement of each mode [1], likewise.
     names
-        Names of sensors by the number of the node of a universal file; by default the number.
+        Names of sensors by the number of the node of a universal file, or of the row of shapes; by
+        default the number.
     poles
         Unit of the poles of complex modes, where the file leaves it open or is wrong. These
         arguments have the last word over a mapping.
@@ -101,11 +107,21 @@ def read(
         names, poles = mapping.names | dict(names or {}), poles or mapping.poles
     for name, value in relative.items():
         check_positive(name, value, f"{name}=0.01")
-    existing(file, "a universal file, or a table of text")
-    universal = content.content_of(file) == content.UNIVERSAL
-    form = "modal parameters of a universal file" if universal else "a table of modal parameters"
+    existing(file, "a universal file, arrays by name, or a table of text")
+    kind = content.content_of(file)
+    form = f"modal parameters ({kind or 'in no known format'})"
     with reading(file, form, "Export it again."):
-        known = measured_modes.load(file, names or {}, poles) if universal else _of_table(file)
+        if kind == content.UNIVERSAL:
+            known = measured_modes.load(file, names or {}, poles)
+        elif kind in _modal_files.OF_ARRAYS:
+            known = _modal_arrays.load(file, dict(names or {}))
+        elif kind in (content.TEXT, content.ABAQUS_MATRIX):
+            known = _of_table(file)
+        else:
+            raise InputError(
+                f"{file} {content.described(file)}; a universal file, a table of text or arrays by "
+                "name are needed. Export the modes as one of these."
+            )
         _add_deviations(known, relative)
         return _modal_parameters(known)
 

@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from math import prod
 from typing import NamedTuple
 
+import numpy as np
+
 from ..._types import InputError
 
 HEADER_BYTES = 128
@@ -22,11 +24,14 @@ _BYTES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 1
 
 _CELL, _STRUCT, _OBJECT, _CHAR, _SPARSE, _FUNCTION, _OPAQUE = 1, 2, 3, 4, 5, 16, 17
 _NUMERIC = range(6, 16)
+SPARSE = "it is a sparse matrix"
+"""Why a sparse matrix is not read as an array."""
+
 _FOREIGN = {
     _OBJECT: "it is an object of a class, of which only MATLAB knows the meaning",
     _FUNCTION: "it is a function",
     _OPAQUE: "it is an object of a class (a string, table or datetime), stored in MATLAB's own way",
-    _SPARSE: "it is a sparse matrix",
+    _SPARSE: SPARSE,
 }
 _COMPLEX = 0x08
 
@@ -164,6 +169,8 @@ def _check_matrix(walk: _Walk, element: _Element, depth: int) -> None:
         raise InputError("a variable does not begin with its flags")
     flags = struct.unpack_from(f"{walk.order}I", parts[0].content)[0]
     kind, is_complex = flags & 0xFF, bool(flags >> 8 & _COMPLEX)
+    if kind == _SPARSE:
+        _check_sparse(walk, parts, 2 if is_complex else 1)
     if kind in _FOREIGN:
         raise _Foreign(_FOREIGN[kind])
     count = prod(_sizes(walk, parts))
@@ -202,6 +209,23 @@ def _check_numbers(values: list[_Element], count: int, parts: int) -> None:
                 f"a variable announces {count} numbers and holds {len(value.content)} bytes of "
                 f"type {value.kind}"
             )
+
+
+def _check_sparse(walk: _Walk, parts: list[_Element], count: int) -> None:
+    """Check the rows of the entries, where each column begins, and the numbers."""
+    rows, columns = _sizes(walk, parts)
+    if len(parts) != 5 + count or any(part.kind != 5 for part in parts[3:5]):
+        raise InputError(f"a sparse matrix has {len(parts)} parts")
+    row, begin = (np.frombuffer(part.content, f"{walk.order}i4") for part in parts[3:5])
+    entries = int(begin[-1]) if begin.size == columns + 1 else -1
+    rising = begin.size and begin[0] == 0 and bool(np.all(np.diff(begin) >= 0))
+    if not rising or not 0 <= entries <= row.size:
+        raise InputError("the columns of a sparse matrix do not follow each other")
+    if entries and not (row[:entries].min() >= 0 and row[:entries].max() < rows):
+        raise InputError("an entry of a sparse matrix stands outside of it")
+    for part in parts[5:]:
+        if len(part.content) < entries * _BYTES.get(part.kind, 0) or part.kind not in _BYTES:
+            raise InputError("a sparse matrix has fewer numbers than entries")
 
 
 def _check_texts(values: list[_Element], count: int) -> None:

@@ -8,6 +8,7 @@ from .._gate import existing, reading
 from . import _mat_gate
 from .named_arrays import NamedArrays, flattened
 
+SPARSE = _mat_gate.SPARSE
 _FORM = "a MATLAB 5 to 7 file"
 _REMEDY = "Save it again in MATLAB: save('measured.mat', '-v7')."
 

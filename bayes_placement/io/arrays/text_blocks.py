@@ -71,11 +71,13 @@ def of_blocks(path: Path, blocks: list[Block]) -> NamedArrays:
         names = [f"{label} column {number}" for number in range(1, len(cells[0]) + 1)]
         known = of_rows(path, FORM, names, cells, ())
         for name, values in known.arrays.items():
+            if _counts(values):
+                continue
             is_x = _is_x(values, block.stated)
             named = f"{label} {_X}" if is_x else name
             arrays[named] = values
             unit = block.stated.get(f"{_X if is_x else _Y} unit", "")
-            if unit and not _counts(values):
+            if unit:
                 units[named] = unit
     said = {f"{key} of the blocks": "it is above the rows" for key in blocks[0].stated}
     return NamedArrays(path, f"{FORM} in {len(blocks)} blocks", arrays, units, said)

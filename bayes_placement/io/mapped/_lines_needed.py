@@ -242,7 +242,11 @@ def _block_of_parts(source: NamedArrays, mapping: Mapping) -> str:
     line = f"frf = {{ {fields}, axes = {_axes(source, values)}{unit} }}"
     if pair is not None and "phase" not in parts:
         return f"{line}  # in the order of {' x '.join(map(str, values.shape))} numbers"
-    return _question("Which arrays are the parts of the FRFs, the names do not say", [line])
+    others = (
+        "# Modes are read by bp.io.modal_parameters.read, matrices by bp.io.read_matrices, time "
+    )
+    open_line = _question("Which arrays are the parts of the FRFs, the names do not say", [line])
+    return f"{open_line}\n{others}records by bp.time_records.read."
 
 
 def _columns_line(source: NamedArrays, mapping: Mapping) -> str:

@@ -1,0 +1,100 @@
+"""Modal parameters among the arrays of a file (MATLAB, NumPy, HDF5), by the names of the arrays."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._types import InputError
+from ..positions.channel import Channel
+from . import arrays
+
+_DEVIATION = re.compile(r"_?(deviation|std|sigma|sd)$")
+NAMES = {
+    "natural_frequency": r"(natural_?)?freq\w*|f_?n|fn_\w*",
+    "damping_ratio": r"damp\w*|zeta\w*|xi\w*",
+    "shape": r"(mode_?)?shapes?\w*|phi\w*|psi\w*|modes?",
+}
+"""What the names of arrays look like, in lower case and without the word of a deviation."""
+
+FREQUENCY, DAMPING, SHAPE = NAMES
+
+
+def holds_modes(path: Path) -> bool:
+    """Whether the names of arrays are those of modal parameters."""
+    try:
+        names = _roles(arrays.load(path).arrays)
+    except InputError:
+        return False  # whoever reads it says why
+    return FREQUENCY in names and (SHAPE in names or DAMPING in names)
+
+
+def load(path: Path, names: dict[int, str]) -> dict[str, Any]:
+    """Read arrays as arguments of `ModalParameters`, without deviations that are not there.
+
+    Shapes are (channel, mode): columns are modes.
+
+    Raises
+    ------
+    InputError
+        If there are no natural frequencies, or an array has another size.
+    """
+    known = arrays.load(path).arrays
+    roles = _roles(known)
+    if FREQUENCY not in roles:
+        raise InputError(
+            f"it holds {', '.join(known) or 'no array'}, none of which is named as natural "
+            "frequencies are; arrays natural_frequency [Hz], damping_ratio [1] and shape (channel, "
+            "mode) are needed, since names say what they are. Save them under these."
+        )
+    values = {role: np.squeeze(known[name]) for role, name in roles.items()}
+    shape = values.get(SHAPE)
+    frequency = np.atleast_1d(values[FREQUENCY])
+    if shape is not None and shape.ndim < 2:  # of one mode, or of one channel
+        shape = np.reshape(shape, (-1, frequency.size))
+    _check_sizes(roles, frequency.size, {**values, SHAPE: shape})
+    order = np.argsort(frequency)
+    count = 0 if shape is None else len(shape)
+    arguments: dict[str, Any] = {
+        role + suffix: _ordered(values.get(role + suffix), order)
+        for role in NAMES
+        for suffix in ("", "_deviation")
+    }
+    arguments[SHAPE] = None if shape is None else shape[:, order]
+    labels = (names.get(number, str(number)) for number in range(1, count + 1))
+    return {**arguments, "sensors": tuple(map(Channel.parse, labels))}
+
+
+def _ordered(values: np.ndarray | None, order: np.ndarray) -> np.ndarray | None:
+    return None if values is None else np.atleast_1d(values)[..., order]
+
+
+def _roles(known: dict[str, np.ndarray]) -> dict[str, str]:
+    """Names of arrays by what they are; refuses two of one kind."""
+    found: dict[str, str] = {}
+    for name, values in known.items():
+        plain = name.rpartition(".")[2].lower()
+        base = _DEVIATION.sub("", plain)
+        kind = next((role for role, rule in NAMES.items() if re.fullmatch(rule, base)), None)
+        if kind is None or values.dtype.kind not in "iufc":
+            continue
+        role = kind + ("_deviation" if base != plain else "")
+        if role in found:
+            raise InputError(
+                f"it holds {found[role]} and {name}, and either could be the {role}; one is "
+                "needed. Save it without the other."
+            )
+        found[role] = name
+    return found
+
+
+def _check_sizes(roles: dict[str, str], modes: int, values: dict[str, Any]) -> None:
+    for role, name in roles.items():
+        size = np.shape(values[role])[-1:] or (1,)
+        if size != (modes,):
+            raise InputError(
+                f"{name} has the shape {np.shape(values[role])}, and there are {modes} natural "
+                f"frequencies; {modes} columns are needed, one a mode, since shapes are (channel, "
+                "mode). Save it transposed."
+            )

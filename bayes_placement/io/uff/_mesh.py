@@ -1,0 +1,109 @@
+"""Meshes of universal files: nodes (datasets 15, 2411) and elements (dataset 2412)."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ..._types import InputError
+from .._mesh_contents import MeshContents, of_numbers, strict_integer
+from ._datasets import UNITS, MeasurementFileError, blocks_of, load
+from ._nodes import node_positions
+from ._units import file_units, of_nodes
+
+ELEMENTS = 2412
+_BEAMS = (11, 21, 22, 23, 24, 31, 32)
+_SHELLS, _SOLIDS = range(41, 100), range(101, 119)
+_CORNERS_FIRST = {
+    "line3": (0, 2, 1),
+    "triangle6": (0, 2, 4, 1, 3, 5),
+    "quad8": (0, 2, 4, 6, 1, 3, 5, 7),
+    "tetra10": (0, 2, 4, 9, 1, 3, 5, 6, 7, 8),
+    "wedge15": (0, 2, 4, 9, 11, 13, 1, 3, 5, 10, 12, 14, 6, 7, 8),
+    "hexahedron20": (0, 2, 4, 6, 12, 14, 16, 18, 1, 3, 5, 7, 13, 15, 17, 19, 8, 9, 10, 11),
+}
+"""Places of nodes in the file, which goes around the faces, in the order of meshio."""
+
+_TYPES = {
+    "beams": {2: "line", 3: "line3"},
+    "shells": {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"},
+    "solids": {
+        4: "tetra",
+        6: "wedge",
+        8: "hexahedron",
+        10: "tetra10",
+        15: "wedge15",
+        20: "hexahedron20",
+    },
+}
+"""Names of types by the number of their nodes."""
+
+
+class _Everything:
+    """Container of all numbers."""
+
+    def __contains__(self, number: object) -> bool:
+        return True
+
+
+def load_mesh(path: Path, length_unit: float | int | None) -> MeshContents:
+    """Read nodes and elements in metres, with the numbers of the file.
+
+    Raises
+    ------
+    MeasurementFileError
+        If the file is malformed, or holds no nodes.
+    InputError
+        If an element names a node that is not there.
+    """
+    datasets = load(path, UNITS)
+    positions = node_positions(datasets, _Everything())
+    if not positions:
+        raise MeasurementFileError(
+            f"{path} holds no nodes (dataset 15 or 2411); those of the mesh are needed. Export the "
+            "geometry."
+        )
+    points = np.array([*positions.values()])
+    length = of_nodes(path, file_units(datasets), points, length_unit=length_unit).length
+    blocks = [block for block in blocks_of(path) if block.number == ELEMENTS]
+    elements = [element for block in blocks for element in _elements(block.lines)]
+    named = [(_type(element), element) for element in elements]
+    kept = [(kind, _corners_first(kind, element.nodes)) for kind, element in named if kind]
+    skipped = [f"FE descriptor {element.descriptor}" for kind, element in named if not kind]
+    return of_numbers([*positions], length * points, kept, skipped)
+
+
+class _Element(NamedTuple):
+    """An element of dataset 2412."""
+
+    descriptor: int
+    nodes: list[int]
+
+
+def _elements(lines: list[str]) -> Iterator[_Element]:
+    """Elements: a line of six numbers, for beams one of their orientation, then the nodes."""
+    rows = iter([line.split() for line in lines if line.strip()])
+    for row in rows:
+        if len(row) != 6:
+            raise InputError(f"an element begins with {' '.join(row)!r}; six numbers are needed.")
+        _, descriptor, _, _, _, count = map(strict_integer, row)
+        if descriptor in _BEAMS:
+            next(rows, [])
+        nodes: list[int] = []
+        while len(nodes) < count and (further := next(rows, [])):
+            nodes += map(strict_integer, further)
+        if len(nodes) != count or not count:
+            raise InputError(f"an element has {len(nodes)} nodes where {count} are announced.")
+        yield _Element(descriptor, nodes)
+
+
+def _type(element: _Element) -> str:
+    """Name of the type of an element; empty where it is a spring, a mass or the like."""
+    families = {"beams": _BEAMS, "shells": _SHELLS, "solids": _SOLIDS}
+    family = next((name for name, known in families.items() if element.descriptor in known), "")
+    return _TYPES.get(family, {}).get(len(element.nodes), "")
+
+
+def _corners_first(kind: str, nodes: list[int]) -> list[int]:
+    return [nodes[place] for place in _CORNERS_FIRST.get(kind, range(len(nodes)))]
