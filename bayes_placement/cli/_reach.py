@@ -1,6 +1,9 @@
 """Where something missing may act: sentences, tables and figures of `explain` and `improve`."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from matplotlib.figure import Figure
 
 from ..criticism.missing._claims_in_words import claims_in_words
 from ..criticism.missing.ledger import Ledger
@@ -42,28 +45,39 @@ def show_reach(reach: Reach | None, inputs: Inputs) -> None:
         inputs.screen.list(reach.words())
 
 
-def write_reach(result: Ledger | Ranking, inputs: Inputs, run: Run) -> None:
-    """Write both curves, the law as measured, and the figures of both.
+def write_reach(result: Ledger | Ranking, run: Run) -> None:
+    """Write both curves and the law as measured.
 
     The law is that at the port of the claimed effect, or else at the most probable one.
     """
-    reach, port = result.reach, result.port
+    reach = result.reach
     if reach is None:
         return
-    law = reach.law_as_measured(port)
+    law = reach.law_as_measured(result.port)
     run.table("reach.csv", reach.curves, index=False)
     run.table("law.csv", law, index=False)
     if law["unit"].iloc[0] in SIDES:  # a factor on channels is no law at a port
         run.law("law.unv", law)
-    figures = {
-        "reach.png": plots.curves(reach, experiment=inputs.experiment),
-        "law.png": plots.law(reach, acts_on=port),
+
+
+def draw_reach(result: Ledger | Ranking, inputs: Inputs, run: Run) -> None:
+    """Draw both curves and the law as measured, for a reader and for a report."""
+    reach, port = result.reach, result.port
+    if reach is None:
+        return
+    drawings: dict[str, Callable[[], Figure]] = {
+        "reach": lambda: plots.curves(reach, experiment=inputs.experiment),
+        "law": lambda: plots.law(reach, acts_on=port),
     }
-    run.figures(figures)
+    for name, draw in drawings.items():
+        run.figures(partial(_by_name, f"{name}.png", draw))
+        run.attempt("A figure", partial(_write_as_svg, run, f"{name}.svg", draw))
+
+
+def _write_as_svg(run: Run, name: str, draw: Callable[[], Figure]) -> None:
     with look():
-        drawn = {
-            "reach.svg": plots.curves(reach, experiment=inputs.experiment),
-            "law.svg": plots.law(reach, acts_on=port),
-        }
-        for name, figure in drawn.items():
-            run.text(name, as_file(svg_of(figure)))
+        run.text(name, as_file(svg_of(draw())))
+
+
+def _by_name(name: str, draw: Callable[[], Figure]) -> dict[str, Figure]:
+    return {name: draw()}

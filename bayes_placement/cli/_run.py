@@ -24,6 +24,10 @@ from ._terminal import Screen
 DOTS_PER_INCH = 120
 
 
+Drawing = Callable[[], Mapping[str, Figure]]
+"""Draws figures that belong together, by the names of their files."""
+
+
 def numbered(name: str, pages: Sequence[Figure]) -> dict[str, Figure]:
     """Pages of a figure by the names of their files, numbered from the second on."""
     stem, suffix = Path(name).stem, Path(name).suffix
@@ -63,6 +67,7 @@ class Run:
     with_report: bool = False
     began: float = field(default_factory=time.perf_counter)
     unfinished: list[Callable[[], None]] = field(default_factory=list)
+    not_drawn: list[str] = field(default_factory=list)
 
     @property
     def files(self) -> list[str]:
@@ -108,9 +113,34 @@ class Run:
         content = bytes(dataset.to_netcdf(engine="h5netcdf"))
         self._write(name, lambda path: path.write_bytes(content))
 
-    def figures(self, figures: Mapping[str, Figure]) -> None:
-        """Write figures by the names of their files, in a helper where one is idle."""
-        for name, figure in figures.items():
+    def figures(self, *drawings: Drawing) -> None:
+        """Draw and write figures by the names of their files, in a helper where one is idle.
+
+        One that cannot be drawn is a sentence at the end of the run, which ends for no picture.
+
+        Parameters
+        ----------
+        *drawings
+            Each draws figures that belong together.
+        """
+        for drawing in drawings:
+            self.attempt("A figure", partial(self._begin_figures, drawing))
+
+    def attempt(self, what: str, draw: Callable[[], object]) -> None:
+        """Draw something; where that fails, a sentence says so at the end of the run."""
+        try:
+            draw()
+        except OSError:  # a full disk, of which all files are told
+            raise
+        except Exception as error:  # noqa: BLE001, the results of hours are worth more than a figure
+            reason = " ".join(str(error).split())
+            self.not_drawn.append(
+                f"{what} was not drawn ({type(error).__name__}: {reason}); all numbers are in the "
+                "other files. Please report it."
+            )
+
+    def _begin_figures(self, drawing: Drawing) -> None:
+        for name, figure in drawing().items():
             draw = partial(figure.savefig, dpi=DOTS_PER_INCH)
             written = begun_in_helper(write_atomically, self.folder / name, draw)
             self.unfinished.append(partial(self._note_when, written, name))
@@ -137,19 +167,28 @@ class Run:
             The exit code.
         """
         for end in self.unfinished:
-            end()
+            self.attempt("A figure", end)
         code = 0 if passed else MODEL_FAILS
         seconds = time.perf_counter() - self.began
         self.record.update(finished=True, verdict=verdict, exit_code=code, seconds=seconds)
         self._write_record()
         if self.with_report:
-            page = write_report(self.top)
-            self._note(page.name)
-            self._note(page.with_suffix(".json").name)
-            screen.text(f"Report to hand on: {page}")
+            self.attempt("The report", partial(self._write_report, screen))
+        screen.list(self.not_drawn)
         screen.verdict(f"Results are in {self.top}/")
         screen.json({**self.record, "folder": str(self.top), "result": result})
         return code
+
+    def _write_report(self, screen: Screen) -> None:
+        page = write_report(self.top)
+        self._note(page.name)
+        self._note(page.with_suffix(".json").name)
+        screen.text(f"Report to hand on: {page}")
+
+    def verdict(self, verdict: str) -> None:
+        """Note what the run says, before its pictures are drawn."""
+        self.record["verdict"] = verdict
+        self._write_record()
 
     def _write(self, name: str, write: Callable[[Path], object]) -> None:
         write_atomically(self.folder / name, write)

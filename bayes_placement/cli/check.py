@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pandas as pd
 import xarray as xr
-from matplotlib.figure import Figure
 
 from ..criticism.check.check import check
 from ..criticism.check.misfit import Misfit
@@ -14,7 +13,7 @@ from ..plots import modes as mode_plots
 from ..plots import posterior as posterior_plots
 from ._findings import FINDINGS, of_check, of_models
 from ._inputs import infer_posterior, read_inputs
-from ._run import Output, Run, numbered
+from ._run import Drawing, Output, Run, numbered
 from ._shared_fits import method_from_fit
 
 
@@ -67,10 +66,11 @@ def run(
     sentences = [*misfit.words(), *cautions, *warnings_of(posterior)]
     told = {misfit.verdict(), *inputs.data_faults}
     screen.list(sentence for sentence in sentences if sentence not in told)
-    kept = of_check(posterior, misfit, inputs.experiment, inputs.measurement)
     _write(misfit, sentences, run)
-    run.figures(_figures(posterior, misfit, kept))
+    run.verdict(misfit.verdict())
+    kept = of_check(posterior, misfit, inputs.experiment, inputs.measurement)
     run.tree(FINDINGS, kept)
+    run.figures(*_drawings(posterior, misfit, kept))
     return run.finish(screen, misfit.verdict(), {"sentences": sentences}, passed=misfit.passed)
 
 
@@ -80,16 +80,15 @@ def _write(misfit: Misfit, sentences: list[str], run: Run) -> None:
     run.report("misfit.txt", table, sentences)
 
 
-def _figures(posterior: xr.DataTree, misfit: Misfit, kept: xr.DataTree) -> dict[str, Figure]:
+def _drawings(posterior: xr.DataTree, misfit: Misfit, kept: xr.DataTree) -> list[Drawing]:
     """Figures by the names of their files; modes have no neighbours that a curve could join."""
-    residual_map = {"residual_map.png": plots.residual_map(misfit)}
     modes = of_models(kept, "modes")
     if modes:
-        return {"modes.png": mode_plots.compared(modes), **residual_map}
-    return {
-        **numbered(
-            "measured_against_band.png", posterior_plots.measured_against_band_pages(posterior)
-        ),
-        **residual_map,
-        **numbered("discrepancy.png", plots.discrepancy_pages(misfit)),
-    }
+        fit: list[Drawing] = [lambda: {"modes.png": mode_plots.compared(modes)}]
+    else:
+        band, pages = posterior_plots.measured_against_band_pages, plots.discrepancy_pages
+        fit = [
+            lambda: numbered("measured_against_band.png", band(posterior)),
+            lambda: numbered("discrepancy.png", pages(misfit)),
+        ]
+    return [*fit, lambda: {"residual_map.png": plots.residual_map(misfit)}]

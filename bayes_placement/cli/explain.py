@@ -6,7 +6,7 @@ from ..plots import ledger as plots
 from ._findings import FINDINGS, of_result, where_next
 from ._inputs import Inputs
 from ._missing_effects import Request
-from ._reach import in_full, show_reach, write_reach
+from ._reach import draw_reach, in_full, show_reach, write_reach
 from ._run import Run
 
 
@@ -19,6 +19,7 @@ def run(request: Request) -> int:
     show_reach(ranking.reach, inputs)
     inputs.screen.table(ranking.table(), "effect")
     inputs.screen.list(further)
+    inputs.run.verdict(verdict)
     inputs.screen.list(_write(ranking, inputs, inputs.run))
     return inputs.run.finish(inputs.screen, verdict, ranking.to_json())
 
@@ -26,6 +27,7 @@ def run(request: Request) -> int:
 def _write(ranking: Ranking, inputs: Inputs, run: Run) -> list[str]:
     """Write what was found, and return where to measure next in words."""
     run.json("explanation.json", ranking.to_json())
+    run.text("explanation.txt", in_full(ranking, ()))
     measured = inputs.measurement, inputs.data_faults
     kept = of_result(ranking, inputs.experiment, *measured, with_next=run.with_report)
     following = where_next(kept, ranking)
@@ -33,11 +35,11 @@ def _write(ranking: Ranking, inputs: Inputs, run: Run) -> list[str]:
     run.table("explanation.csv", table)
     run.text("explanation.txt", in_full(ranking, following))
     run.table("suspicion.csv", ranking.suspicion, index=False)
-    write_reach(ranking, inputs, run)
-    figures = {
-        "suspicion.png": plots.suspicion(ranking, experiment=inputs.experiment),
-        "probabilities.png": plots.probabilities(ranking),
-    }
-    run.figures(figures)
+    write_reach(ranking, run)
     run.tree(FINDINGS, kept)
+    draw_reach(ranking, inputs, run)
+    run.figures(
+        lambda: {"suspicion.png": plots.suspicion(ranking, experiment=inputs.experiment)},
+        lambda: {"probabilities.png": plots.probabilities(ranking)},
+    )
     return following

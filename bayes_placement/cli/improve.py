@@ -16,7 +16,7 @@ from ..plots import modes as mode_plots
 from ._findings import FINDINGS, of_models, of_result, where_next
 from ._inputs import Inputs, infer_posterior, named_method
 from ._missing_effects import Request
-from ._reach import in_full, show_reach, write_reach
+from ._reach import draw_reach, in_full, show_reach, write_reach
 from ._run import Run, numbered
 from ._save import CompletedModel
 
@@ -45,6 +45,7 @@ def _run_one(request: Request, inputs: Inputs) -> int:
     screen.table(ledger.table(), "added")
     show_reach(ledger.reach, inputs)
     screen.list(further)
+    inputs.run.verdict(verdict)
     screen.list(_write(ledger, inputs, inputs.run))
     if request.save is not None:
         _save(request.save, ledger, inputs)
@@ -78,6 +79,7 @@ def _run_states(request: Request, inputs: Inputs, states: Mapping[str, Measureme
     screen.verdict(verdict)
     screen.table(ledger.table(), "effect")
     screen.list(further)
+    run.verdict(verdict)
     run.json("states.json", ledger.to_json())
     run.text("states.txt", str(ledger))
     run.table("states.csv", ledger.table())
@@ -98,21 +100,22 @@ def _improve_states(
 def _write(ledger: Ledger, inputs: Inputs, run: Run) -> list[str]:
     """Write what was found, and return where to measure next in words."""
     run.json("ledger.json", ledger.to_json())
+    run.text("ledger.txt", in_full(ledger, ()))
     measured = inputs.measurement, inputs.data_faults
     kept = of_result(ledger, inputs.experiment, *measured, with_next=run.with_report)
     following = where_next(kept, ledger)
     run.text("ledger.txt", in_full(ledger, following))
     run.table("compared.csv", ledger.compared, index=False)
     run.table("suspicion.csv", ledger.suspicion, index=False)
-    write_reach(ledger, inputs, run)
-    figures = {
-        "error_falls.png": plots.error_falls(ledger),
-        "suspicion.png": plots.suspicion(ledger, experiment=inputs.experiment),
-        "probabilities.png": plots.probabilities(ledger),
-    }
-    run.figures(figures)
-    run.figures(_before_and_after(kept))
+    write_reach(ledger, run)
     run.tree(FINDINGS, kept)
+    draw_reach(ledger, inputs, run)
+    run.figures(
+        lambda: {"error_falls.png": plots.error_falls(ledger)},
+        lambda: {"suspicion.png": plots.suspicion(ledger, experiment=inputs.experiment)},
+        lambda: {"probabilities.png": plots.probabilities(ledger)},
+        lambda: _before_and_after(kept),
+    )
     return following
 
 

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 import xarray as xr
+from matplotlib.figure import Figure
 
 from .. import design
 from .._types import UsageError
@@ -250,8 +251,14 @@ def _table(best: Placement) -> pd.DataFrame:
 def _write(best: Placement, sentences: list[str], maps: list[xr.Dataset], run: Run) -> None:
     run.text("placement.txt", "\n".join(sentences))
     run.table("placements.csv", best.table)
-    figures = {"placements.png": plots.placements(best)}
     for learnt in maps:
         run.dataset("map.nc", learnt)
-        figures["map.png"] = plots.information(learnt)
-    run.figures(figures)
+    run.verdict(sentences[0])
+    run.figures(
+        lambda: {"placements.png": plots.placements(best)},
+        *(partial(_map, learnt) for learnt in maps),
+    )
+
+
+def _map(learnt: xr.Dataset) -> dict[str, Figure]:
+    return {"map.png": plots.information(learnt)}

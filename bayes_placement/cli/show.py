@@ -2,9 +2,11 @@
 
 import json
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import pandas as pd
+from matplotlib.figure import Figure
 
 from ..experiment._measurement_words import counted
 from ..experiment.experiment import Experiment
@@ -18,7 +20,7 @@ from ..plots import measurement as measurement_plots
 from ..plots import structure as structure_plots
 from ..positions.bounds import position_text
 from ._inputs import print_data_faults, read_study
-from ._run import Output, Run
+from ._run import Drawing, Output, Run
 from ._terminal import Screen
 
 
@@ -51,7 +53,7 @@ def _show_model(path: Path, output: Output) -> int:
     table = channel_table(experiment)
     screen.table(table, "name")
     run.table("channels.csv", table)
-    run.figures({"geometry.png": structure_plots.experiment(experiment)})
+    drawings: list[Drawing] = [lambda: {"geometry.png": structure_plots.experiment(experiment)}]
     measured = study.measurement
     if measured is None:
         verdict = f"{experiment!r}; no measurement yet."
@@ -60,9 +62,11 @@ def _show_model(path: Path, output: Output) -> int:
         verdict = f"{experiment!r}; {measured!r}"
     else:
         print_data_faults(screen, study, measured)
-        _draw(run, measured)
+        drawings.append(partial(_pages, measured))
         verdict = f"{experiment!r}; {counted(len(_runs(measured)), 'measurement')}."
     screen.verdict(verdict)
+    run.verdict(verdict)
+    run.figures(*drawings)
     return run.finish(screen, verdict, {"channels": table.reset_index().to_dict("records")})
 
 
@@ -73,8 +77,8 @@ def _show_file(path: Path, output: Output) -> int:
     if is_modal:
         return _show_modes(modal_parameters.read(path), run, screen)
     measurement = formats.read_measurement(path)
-    _draw(run, measurement)
     screen.verdict(repr(measurement))
+    run.verdict(repr(measurement))
     table = _measured_channels(measurement)
     screen.table(table, "channel")
     run.table("channels.csv", table)
@@ -83,6 +87,7 @@ def _show_file(path: Path, output: Output) -> int:
     ]
     if not places:
         screen.list(["No positions are recorded in the file."])
+    run.figures(partial(_pages, measurement))
     channels = table.reset_index().to_dict("records")
     return run.finish(screen, repr(measurement), {"positions": places, "channels": channels})
 
@@ -115,9 +120,9 @@ def _list_modes(modes: ModalParameters, run: Run, screen: Screen) -> None:
     run.table("modes.csv", modes.table())
 
 
-def _draw(run: Run, measured: Measurement | Sequence[Measurement]) -> None:
+def _pages(measured: Measurement | Sequence[Measurement]) -> dict[str, Figure]:
     figures = [page for run in _runs(measured) for page in measurement_plots.pages(run)]
-    run.figures({f"frf_{number}.png": page for number, page in enumerate(figures, 1)})
+    return {f"frf_{number}.png": page for number, page in enumerate(figures, 1)}
 
 
 def _runs(measured: Measurement | Sequence[Measurement]) -> list[Measurement]:

@@ -1,7 +1,8 @@
 """`bayes-placement update`: what the data say about a model, by methods that check each other."""
 
 import shlex
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -31,7 +32,7 @@ from ._inputs import (
     print_data_faults,
     read_both,
 )
-from ._run import Output, Run, numbered
+from ._run import Drawing, Output, Run, numbered
 from ._terminal import Screen
 
 Results = dict[str, xr.DataTree]
@@ -190,10 +191,11 @@ def _conclude(
     sentences = [verdict, *comparison.words()[:-1], *peaks, *left_out]
     warned = _warned(results)
     experiment, measurement = sources.study.experiment, sources.measurement
-    kept = of_posterior(first, experiment, measurement, sentences, warned, "update")
     _write(results, comparison, run)
-    run.figures(_figures(results, sources.study.truth, kept))
+    run.verdict(verdict)
+    kept = of_posterior(first, experiment, measurement, sentences, warned, "update")
     run.tree(FINDINGS, kept)
+    run.figures(*_drawings(results, sources.study.truth, kept))
     return run.finish(screen, verdict, told)
 
 
@@ -263,21 +265,21 @@ def _write(results: Results, comparison: Report, run: Run) -> None:
         run.text("cross_check.txt", str(comparison))
 
 
-def _figures(results: Results, truth: Mapping[str, float], kept: xr.DataTree) -> dict[str, Figure]:
+def _drawings(results: Results, truth: Mapping[str, float], kept: xr.DataTree) -> list[Drawing]:
     """Figures by the names of their files."""
     first, modes = next(iter(results.values())), of_models(kept, "modes")
-    figures = (
-        {"modes.png": mode_plots.compared(modes)}
-        if modes
-        else numbered("measured_against_band.png", plots.measured_against_band_pages(first))
-    )
-    drawn = {
-        "intervals.png": pages.intervals(first, truth),
-        "parameters.png": pages.parameters(first, truth),
-        "placement.png": pages.placement(first, truth),
+    drawn: dict[str, Callable[[], Sequence[Figure]]] = {
+        "modes.png" if modes else "measured_against_band.png": lambda: (
+            [mode_plots.compared(modes)] if modes else plots.measured_against_band_pages(first)
+        ),
+        "intervals.png": lambda: pages.intervals(first, truth),
+        "parameters.png": lambda: pages.parameters(first, truth),
+        "placement.png": lambda: pages.placement(first, truth),
     }
     if len(results) > 1:
-        drawn["methods.png"] = pages.methods(results, truth)
-    for name, figure in drawn.items():
-        figures |= numbered(name, figure)
-    return figures
+        drawn["methods.png"] = lambda: pages.methods(results, truth)
+    return [partial(_numbered, name, draw) for name, draw in drawn.items()]
+
+
+def _numbered(name: str, draw: Callable[[], Sequence[Figure]]) -> dict[str, Figure]:
+    return numbered(name, draw())

@@ -1,7 +1,7 @@
 """Which files hold modal parameters, and the mapping (TOML) that says what such a file does not."""
 
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
 from .._types import InputError
 from . import _contents as content
@@ -19,7 +19,9 @@ DEVIATIONS = ("frequency_deviation", "damping_deviation", "shape_deviation")
 OF_ARRAYS = (content.MAT, content.MAT_HDF5, content.HDF5, content.NPZ)
 """Files that may hold modal parameters as arrays by name."""
 
-UNITS_OF_POLES: tuple[Literal["rad/s", "Hz"], ...] = ("rad/s", "Hz")
+PoleUnit = Literal["rad/s", "Hz"]
+"""Unit of the poles of complex modes."""
+
 _KNOWN = ("file", *DEVIATIONS, "names", "poles")
 
 
@@ -29,7 +31,7 @@ class ModalMapping(NamedTuple):
     file: Path
     deviations: dict[str, float]
     names: dict[int, str]
-    poles: Literal["rad/s", "Hz"] | None
+    poles: PoleUnit | None
 
 
 def holds_modal_parameters(path: Path) -> bool:
@@ -85,7 +87,7 @@ def read_mapping(path: Path) -> ModalMapping:
         path.parent / file,
         {word: value for word, value in deviations.items() if value is not None},
         _names(table),
-        table.value("poles", UNITS_OF_POLES.__contains__, "rad/s or Hz", 'poles = "Hz"'),
+        table.value("poles", get_args(PoleUnit).__contains__, "rad/s or Hz", 'poles = "Hz"'),
     )
 
 

@@ -3,7 +3,7 @@
 import csv
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +33,7 @@ def read(
     damping_deviation: float | int | None = None,
     shape_deviation: float | int | None = None,
     names: Mapping[int, str] | None = None,
-    poles: Literal["rad/s", "Hz"] | None = None,
+    poles: _modal_files.PoleUnit | None = None,
 ) -> ModalParameters:
     """Read modal parameters of a universal file (dataset 55), of arrays, or of a table by `write`.
 

@@ -76,8 +76,8 @@ class View(NamedTuple):
         return 1.0 if self.projection else float(width / heights[0])
 
     def project(self, points: np.ndarray) -> np.ndarray:
-        """Coordinates [axis, point] along the axes of points [point, 3]."""
-        return np.asarray(points)[:, list(self.axes)].T
+        """Coordinates [axis, point] along the axes of points [point, 3], of which none may be."""
+        return np.reshape(points, (-1, 3))[:, list(self.axes)].T
 
 
 LINE = View((0,), np.zeros(3), np.zeros(3))

@@ -83,6 +83,8 @@ def _on_a_line(experiment: Experiment, ax: Axes | None) -> Figure:
     panel.plot(experiment.structure.modes.bounds(), [0.0, 0.0], color=_GREY, label="structure")
     for kind, marker in _MARKERS.items():
         places = [transducer.recorded for transducer in getattr(experiment, kind).values()]
+        if not places:
+            continue
         style: dict[str, Any] = {"marker": marker, "label": f"{kind} as recorded"} | INSTRUMENT
         panel.plot(places, np.zeros(len(places)), **style)
     draw_tolerances(panel, LINE, experiment)
@@ -133,6 +135,8 @@ def draw_structure(panel: Panel, view: View, experiment: Experiment) -> None:
     panel.plot(*view.project(points), line, color=_GREY, markersize=3, zorder=1, label="structure")
     for kind, marker in _MARKERS.items():
         transducers = getattr(experiment, kind)
+        if not transducers:
+            continue
         recorded = np.array([transducer.recorded for transducer in transducers.values()])
         places = view.project(recorded)
         style: dict[str, Any] = {"marker": marker, "label": f"{kind} as recorded"} | INSTRUMENT

@@ -17,7 +17,7 @@ _FEWEST_KEYS = 2  # a single line between rows may be a damaged row
 _X, _Y = "x-axis", "y-axis"
 
 
-class Block(NamedTuple):
+class TextBlock(NamedTuple):
     """A block: what its head says, by key in lower case, and its rows as lines of text."""
 
     stated: dict[str, str]
@@ -39,13 +39,13 @@ def load(path: Path) -> NamedArrays:
         return of_blocks(path, blocks) if blocks else text.load(path)
 
 
-def blocks_of(lines: list[str]) -> list[Block]:
+def blocks_of(lines: list[str]) -> list[TextBlock]:
     """Blocks of a text; none where it has fewer than two, or their heads say other things."""
     groups = [list(group) for _, group in groupby(lines, key=_is_row)]
     heads, rows = groups[::2], groups[1::2]
     if len(rows) < 2 or len(heads) != len(rows) or _is_row(lines[0]):
         return []
-    blocks = [Block(_stated(head), body) for head, body in zip(heads, rows, strict=True)]
+    blocks = [TextBlock(_stated(head), body) for head, body in zip(heads, rows, strict=True)]
     keys = {tuple(block.stated) for block in blocks}
     complete = all(
         len(block.stated) == len(head) for block, head in zip(blocks, heads, strict=True)
@@ -53,7 +53,7 @@ def blocks_of(lines: list[str]) -> list[Block]:
     return blocks if complete and len(keys) == 1 and len(min(keys)) >= _FEWEST_KEYS else []
 
 
-def of_blocks(path: Path, blocks: list[Block]) -> NamedArrays:
+def of_blocks(path: Path, blocks: list[TextBlock]) -> NamedArrays:
     """Make named arrays of blocks: `Point 1 column 3`, where the heads differ in `Point 1`.
 
     The column that the head describes as the x axis is `Point 1 x-axis`, in its unit; others are in
@@ -92,7 +92,7 @@ def _stated(head: list[str]) -> dict[str, str]:
     return {match["key"].strip().lower(): match["value"].strip() for match in matches}
 
 
-def _labels(blocks: list[Block]) -> list[str]:
+def _labels(blocks: list[TextBlock]) -> list[str]:
     """Names of the blocks, by what tells them apart; by their numbers where nothing does."""
     differing = [key for key in blocks[0].stated if len({b.stated[key] for b in blocks}) > 1]
     labels = [" ".join(block.stated[key] for key in differing) for block in blocks]

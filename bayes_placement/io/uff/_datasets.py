@@ -53,7 +53,7 @@ class Dataset(NamedTuple):
     fields: dict[str, Any]
 
 
-class Block(NamedTuple):
+class DatasetBytes(NamedTuple):
     """A dataset as bytes, of which only those that are asked for are read from the disk.
 
     Parameters
@@ -168,7 +168,7 @@ def described(path: Path) -> str:
     return f"holds {held}{read_as}"
 
 
-def _decoded(block: Block, place: str) -> dict[str, Any]:
+def _decoded(block: DatasetBytes, place: str) -> dict[str, Any]:
     """Fields of a dataset, each of which is in its columns, or in binary of the usual kind."""
     if block.binary:
         order, form = block.identity[7:13].strip(), block.identity[13:19].strip()
@@ -196,7 +196,7 @@ def _check(found: Iterator[FormatFault], number: int, place: str) -> None:
         )
 
 
-def blocks_of(path: Path) -> Iterator[Block]:
+def blocks_of(path: Path) -> Iterator[DatasetBytes]:
     """All datasets by their delimiters.
 
     Raises
@@ -223,7 +223,7 @@ def blocks_of(path: Path) -> Iterator[Block]:
     _check_between(data[end:], path, number)
 
 
-def _block(data: Any, start: int, place: str) -> tuple[Block, int]:
+def _block(data: Any, start: int, place: str) -> tuple[DatasetBytes, int]:
     """Dataset whose line with the number begins at an offset, and where it is closed."""
     identity, start = _line(data, start)
     number, binary = _number(identity, place), identity[6:7].lower() == b"b"
@@ -232,7 +232,7 @@ def _block(data: Any, start: int, place: str) -> tuple[Block, int]:
     if closing is None:
         raise _truncated(place)
     end = last if binary else closing.start()
-    return Block(number, identity, data, start, first, end), closing.end()
+    return DatasetBytes(number, identity, data, start, first, end), closing.end()
 
 
 def _text_lines(content: bytes) -> list[str]:

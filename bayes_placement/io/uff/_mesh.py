@@ -74,14 +74,14 @@ def load_mesh(path: Path, length_unit: float | int | None) -> MeshContents:
     return of_numbers([*positions], length * points, kept, skipped)
 
 
-class _Element(NamedTuple):
+class _MeshElement(NamedTuple):
     """An element of dataset 2412."""
 
     descriptor: int
     nodes: list[int]
 
 
-def _elements(lines: list[str]) -> Iterator[_Element]:
+def _elements(lines: list[str]) -> Iterator[_MeshElement]:
     """Elements: a line of six numbers, for beams one of their orientation, then the nodes."""
     rows = iter([line.split() for line in lines if line.strip()])
     for row in rows:
@@ -95,10 +95,10 @@ def _elements(lines: list[str]) -> Iterator[_Element]:
             nodes += map(strict_integer, further)
         if len(nodes) != count or not count:
             raise InputError(f"an element has {len(nodes)} nodes where {count} are announced.")
-        yield _Element(descriptor, nodes)
+        yield _MeshElement(descriptor, nodes)
 
 
-def _type(element: _Element) -> str:
+def _type(element: _MeshElement) -> str:
     """Name of the type of an element; empty where it is a spring, a mass or the like."""
     families = {"beams": _BEAMS, "shells": _SHELLS, "solids": _SOLIDS}
     family = next((name for name, known in families.items() if element.descriptor in known), "")

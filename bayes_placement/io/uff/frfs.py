@@ -104,11 +104,11 @@ def read(
         units = file_units(datasets)
         frfs = _frfs(datasets, units, Path(path))
         transducers = _names(frfs, names or {})
-        positions = _positions(datasets, transducers, require_positions)
-        length = of_nodes(Path(path), units, [*positions.values()], length_unit=length_unit).length
+        places = _positions(datasets, transducers, require_positions)
+        length = of_nodes(Path(path), units, [*places.values()], length_unit=length_unit).length
         positions = {
             transducers[node]: (length * x, length * y, length * z)
-            for node, (x, y, z) in positions.items()
+            for node, (x, y, z) in places.items()
         }
         measurement = _assembled(
             Path(path), datasets, frfs, transducers, positions, averages, quantity

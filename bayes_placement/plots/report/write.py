@@ -1,13 +1,14 @@
 """The report of a run, from the folder of its results."""
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from ..._types import arguments_checked
 from ._saved import Saved, runs, saved, states
 from ._style import look
-from .report import Chapter, Report, json_of
+from .content import Item, Text
+from .report import WARNINGS, Chapter, Report, json_of
 from .sections import (
     error,
     laws,
@@ -119,5 +120,16 @@ def _parts(folder: Path, label: str | None) -> list[tuple[str, Path]]:
 def _chapter(label: str, of: Saved) -> Chapter:
     """All sections of a run, drawn as figures of a report look."""
     with look():
-        items = list(itertools.chain.from_iterable(section(of) for section in _SECTIONS))
+        items = list(itertools.chain.from_iterable(_section(section, of) for section in _SECTIONS))
     return Chapter(label, verdict.verdict(of), items)
+
+
+def _section(section: Callable[[Saved], Iterable[Item]], of: Saved) -> list[Item]:
+    """Items of a section, or a sentence where it cannot be drawn: the others are worth having."""
+    try:
+        return list(section(of))
+    except Exception as error:  # noqa: BLE001, any error of a figure
+        name = section.__module__.rpartition(".")[2].replace("_", " ")
+        reason = " ".join(str(error).split())
+        words = f"The section on {name} could not be drawn ({type(error).__name__}: {reason})."
+        return [Item(WARNINGS, f"Not drawn: {name}", Text((words,)), tags=("warning",))]
