@@ -1,0 +1,139 @@
+"""Figures and reports of structures on a line, in a plane and in space, with few instruments."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import bayes_placement as bp
+from bayes_placement.cli import _run
+from bayes_placement.cli._result_folder import ResultFolder
+from bayes_placement.cli._terminal import Screen
+from bayes_placement.criticism.findings.findings import Model, findings
+from bayes_placement.io import netcdf
+from bayes_placement.plots import ledger as ledger_plots
+from bayes_placement.plots import structure as structure_plots
+from bayes_placement.plots.report import Report, write_report
+from bayes_placement.plots.report import write as report_writer
+from tests.in_space import Linear
+from tests.plots.test_ledger import ranking
+
+BOXES = {
+    "upright": ((0.0, 0.0, 0.0), (0.0, 0.0, 0.6)),
+    "plane": ((0.0, 0.0, 0.0), (1.0, 0.8, 0.0)),
+    "space": ((0.0, 0.0, 0.0), (1.0, 0.8, 0.6)),
+}
+CASES = [
+    (shape, instruments)
+    for shape in ("line", *BOXES)
+    for instruments in ("FRFs", "shapes", "frequencies")
+]
+
+
+def structure(shape):
+    if shape == "line":
+        return bp.beams.bar(
+            4, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0, ends="fixed-fixed"
+        )
+    return Linear(box=BOXES[shape])
+
+
+def experiment(shape, instruments):
+    """An experiment on one sensor and one actuator, on shapes at a sensor, or on frequencies."""
+    modes = structure(shape)
+    middle = 0.4 if shape == "line" else tuple(0.4 * np.array(BOXES[shape][1]))
+    sensors = [bp.Sensor("s1", at=middle, directions=(1,))] if instruments != "frequencies" else []
+    of_modes = bp.ModalParameters([40.0, 70.0], [0.1, 0.2], number=[1, 2])
+    if instruments == "shapes":
+        of_modes = bp.ModalParameters(
+            [40.0, 70.0], [0.1, 0.2], number=[1, 2], shape=[[1.0, 0.5]], sensors=["s1+x"],
+            shape_deviation=[[0.1, 0.1]],
+        )  # fmt: skip
+    damped = bp.Structure(modes, damping=bp.damping.Modal(0.03))
+    if instruments != "FRFs":
+        observe, noise = bp.observe.Modes(of_modes), bp.noise.FromVariance()
+        return bp.Experiment(damped, sensors=sensors, observe=observe, noise=noise), of_modes
+    made = bp.Experiment(
+        damped,
+        sensors=sensors,
+        actuators=[bp.Actuator("a1", at=middle, directions=(1,))],
+        frequency=[30.0, 50.0, 60.0],
+        observe=bp.observe.Complex("velocity"),
+        noise=bp.noise.Gaussian(0.1),
+    )
+    return made, bp.Measurement.from_arrays(
+        np.ones(3, complex),
+        [30.0, 50.0, 60.0],
+        sensors="s1+x",
+        actuators="a1+x",
+        quantity="mobility",
+    )
+
+
+def scores(shape):
+    """Scores of two kinds at three places, and of one without a place."""
+    ends = (
+        np.array([0.0, 0.0, 0.0]),
+        np.array([1.0, 0.0, 0.0] if shape == "line" else BOXES[shape][1]),
+    )
+    places = [(1 - share) * ends[0] + share * ends[1] for share in (0.1, 0.5, 0.9)]
+    rows = [
+        (kind, number, *place, 5.0 * number - 9.0)
+        for number, kind in enumerate(("point_mass", "ground_spring"))
+        for place in places
+    ]
+    rows.append(("time_delay", 2, np.nan, np.nan, np.nan, 3.0))
+    table = pd.DataFrame(rows, columns=["kind", "variant", "x", "y", "z", "score"])
+    on_a_line = shape == "line"
+    table["at"] = table["x"] if on_a_line else np.nan
+    return table.drop(columns=["x", "y", "z"] if on_a_line else []).assign(p_value=1e-9)
+
+
+@pytest.mark.parametrize(("shape", "instruments"), CASES)
+def test_structures_and_maps_of_suspicion_are_drawn(shape, instruments):
+    made, _ = experiment(shape, instruments)
+    figure = ledger_plots.suspicion(ranking(scores(shape)), experiment=made)
+    assert "suspicion" in figure.axes[0].get_title()
+    drawn = structure_plots.experiment(made).axes[0]
+    named = [label.split()[0] for label in drawn.get_legend_handles_labels()[1]]
+    assert ("sensor" in named) == bool(made.sensor)
+    assert ("actuator" in named) == bool(made.actuator)
+
+
+@pytest.mark.parametrize(("shape", "instruments"), CASES)
+def test_reports_are_written_with_every_section(tmp_path, shape, instruments):
+    made, measured = experiment(shape, instruments)
+    about = {"command": "check", "verdict": "It fits.", "sentences": ["It fits."], "warnings": []}
+    models = [Model("as given", made, {}), Model("with an effect", made, {})]
+    netcdf.write(findings(models, {}, measured, about), tmp_path / "findings.nc")
+    (chapter,) = Report.read(write_report(tmp_path)).chapters
+    assert chapter.items
+    assert not [item.title for item in chapter.items if item.title.startswith("Not drawn")]
+
+
+def fails(*_):
+    raise IndexError("too many indices")
+
+
+def test_a_section_that_fails_is_a_sentence_and_the_others_are_written(tmp_path, monkeypatch):
+    made, measured = experiment("line", "frequencies")
+    about = {"command": "check", "verdict": "It fits.", "sentences": ["It fits."], "warnings": []}
+    tree = findings([Model("as given", made, {})], {}, measured, about)
+    netcdf.write(tree, tmp_path / "findings.nc")
+    monkeypatch.setattr(report_writer, "_SECTIONS", (fails, *report_writer._SECTIONS))
+    (chapter,) = Report.read(write_report(tmp_path)).chapters
+    told = [item for item in chapter.items if item.title.startswith("Not drawn")]
+    assert "IndexError: too many indices" in told[0].content.sentences[0]
+    assert len(chapter.items) > 1
+
+
+def test_a_figure_that_fails_ends_no_run(tmp_path, capsys):
+    study = tmp_path / "study.py"
+    study.write_text("")
+    run = _run.Output(ResultFolder(tmp_path / "out", tmp_path / "out")).begin("explain", study)
+    run.verdict("A mass is missing.")
+    assert "A mass is missing." in (tmp_path / "out" / "run.json").read_text()
+    made, _ = experiment("line", "FRFs")
+    run.figures(fails, lambda: {"good.png": structure_plots.experiment(made)})
+    assert run.finish(Screen.of(False, False), "A mass is missing.", {}) == 0
+    assert (tmp_path / "out" / "good.png").is_file()
+    assert "A figure was not drawn (IndexError: too many indices)" in capsys.readouterr().out
