@@ -4,6 +4,7 @@ import dataclasses
 import functools
 from pathlib import Path
 
+import equinox as eqx
 import numpy as np
 import pytest
 
@@ -120,6 +121,16 @@ def test_the_line_that_mends_a_derivative_names_the_quantity(quantity):
 def test_a_derivative_that_has_no_name_is_mended_by_a_factor():
     sentence = only_sentence(exchanged(), MISTAKES["differentiated once"](measured(exchanged())))
     assert "divide them by (2j * np.pi * frequency) ** 1" in sentence
+
+
+@pytest.mark.parametrize("quantity", ["receptance", "accelerance"])
+def test_lines_away_from_resonances_do_not_tell_the_sense_of_time(quantity):
+    conjugated = MISTAKES["conjugated"](measured(exchanged(), quantity=quantity))
+    resonances = 1e9**0.5 / 9000**0.5 / 2 * np.arange(1, 6)
+    away = np.all(np.abs(LINES[:, None] - resonances) > 0.1 * resonances, axis=1)
+    assert kinds(exchanged().check_data(conjugated)) == [NAME]
+    few = eqx.tree_at(lambda tree: tree.frequency, exchanged(), LINES[away])
+    assert NAME not in kinds(few.check_data(conjugated.lines(LINES[away])))
 
 
 @pytest.mark.parametrize("words", ["conjugated", "inverted"])

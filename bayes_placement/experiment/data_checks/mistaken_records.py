@@ -11,6 +11,7 @@ from scipy.special import logsumexp
 from ...positions.channel import Channel
 from .._noise_level import FEWEST_LINES
 from ..observe import LogAmplitude
+from ..quantities import quantity_of
 from .likeness import like_nothing, log_likelihoods
 from .mistakes import AS_GIVEN, Mistake, Records, mistakes, swapped
 from .prior_responses import prior_responses
@@ -21,6 +22,9 @@ MISTAKEN = 0.01
 
 LEAST_ODDS = 20.0
 """Posterior odds, against the record as given, from which on a mistake is named."""
+
+MOST = 0.5
+"""Share of pairs above which it is most of them."""
 
 MOST_VALUES = 8000
 """Most values of a record that are compared: of more lines every second, or third, is."""
@@ -45,6 +49,7 @@ class _Compared(NamedTuple):
     frequency: Float[np.ndarray, "frequency"]
     places: Int[np.ndarray, "pair 2"]
     has_phase: bool
+    resonant: Pairs
     responses: dict[float, Complex[np.ndarray, "draw sensor actuator frequency"]]
 
     def log_likelihood(self, mistake: Mistake) -> Likelihoods:
@@ -54,7 +59,9 @@ class _Compared(NamedTuple):
 
     def of(self, pairs: Pairs, places: Int[np.ndarray, "pair 2"]) -> "_Compared":
         """Some of the pairs, compared with responses at the places of others."""
-        return self._replace(frf=self.frf[pairs], places=places[pairs])
+        return self._replace(
+            frf=self.frf[pairs], places=places[pairs], resonant=self.resonant[pairs]
+        )
 
 
 def can_check(record: Record) -> bool:
@@ -97,14 +104,28 @@ def _compared(record: Record) -> _Compared:
     lines = np.flatnonzero(record.frequency > 0)
     lines = lines[:: 1 + int(present.sum()) * lines.size // MOST_VALUES]
     frequency = record.frequency[lines]
+    frf = _without_zeros(record.frf[present][:, lines])
     axes = {mistake.axis for mistake in mistakes(record.measurement.quantity)}
     return _Compared(
-        _without_zeros(record.frf[present][:, lines]),
+        frf,
         frequency,
         np.argwhere(present),
         not isinstance(record.experiment.observe, LogAmplitude),
+        _resonant(frf, frequency, quantity_of(record.measurement.quantity).derivative),
         {axis: _responses(record, frequency / axis) for axis in axes},
     )
+
+
+def _resonant(frf: Records, frequency: Float[np.ndarray, "frequency"], derivative: int) -> Pairs:
+    """Whether a pair has lines within the half-power bandwidth of a resonance.
+
+    There displacement is more in quadrature with the force than in phase, at amplitudes above the
+    median; where such lines were left out, a lag of the instruments alone tells the sense of time.
+    """
+    displacement = frf / (2j * np.pi * frequency) ** derivative
+    in_quadrature = np.abs(displacement.imag) >= np.abs(displacement.real)
+    size = np.abs(displacement)
+    return np.any(in_quadrature & (size > np.median(size, axis=-1, keepdims=True)), axis=-1)
 
 
 def _responses(record: Record, frequency: np.ndarray) -> np.ndarray:
@@ -124,7 +145,8 @@ def _of_all_and_parts(
     for mistake in names:
         likelihood = compared.log_likelihood(mistake)
         for pairs in _parts(compared.places) if mistake.is_of_parts else _all(compared.places):
-            yield _Hypothesis(mistake, pairs, np.where(pairs, likelihood, as_given))
+            if not mistake.turns_time or compared.resonant[pairs].mean() > MOST:
+                yield _Hypothesis(mistake, pairs, np.where(pairs, likelihood, as_given))
 
 
 def _all(places: Int[np.ndarray, "pair 2"]) -> list[Pairs]:
@@ -173,7 +195,7 @@ def _evidence(likelihood: Likelihoods) -> float:
 def _holds_for_most(hypothesis: _Hypothesis, as_given: Likelihoods) -> bool:
     better = logsumexp(hypothesis.log_likelihood, axis=0) > logsumexp(as_given, axis=0)
     held = better[hypothesis.pairs]
-    return 2 * int(held.sum()) > held.size
+    return bool(held.mean() > MOST)
 
 
 def _fault(record: Record, compared: _Compared, best: _Hypothesis, log10_odds: float) -> Fault:

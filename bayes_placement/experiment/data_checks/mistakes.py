@@ -40,6 +40,8 @@ class Mistake(NamedTuple):
         Frequencies of the record over the right ones.
     is_of_parts
         Whether one sensor or one actuator alone may have it.
+    turns_time
+        Whether it turns the sense of time alone, which lines away from resonances do not tell.
     """
 
     words: str
@@ -51,6 +53,7 @@ class Mistake(NamedTuple):
     phase: Change = lambda phase: phase
     axis: float = 1.0
     is_of_parts: bool = False
+    turns_time: bool = False
 
 
 AS_GIVEN = Mistake("as given", "")
@@ -109,6 +112,7 @@ _OF_NUMBERS = (
         'convention = "exp(-i w t)" in a mapping',
         phase=lambda phase: -phase,
         is_of_parts=True,
+        turns_time=True,
     ),
     Mistake(
         "inverted, as of force and response that were swapped",
