@@ -11,6 +11,11 @@ import numpy as np
 
 from .._types import InputError, MissingExtraError, check_kind
 
+
+class FileWarning(UserWarning):
+    """What a file does not say, or what of it was left out."""
+
+
 LARGEST = 1e30
 """Greatest number that is read: no quantity in SI is as large, and its square must be finite."""
 
@@ -55,12 +60,12 @@ def reading(path: Path, contents: str, remedy: str) -> Iterator[None]:
     ------
     InputError
         In the place of any error of a library. Errors of this package keep their type, and so do
-        warnings that a caller makes errors.
+        its warnings that a caller makes errors.
     """
     try:
         yield
         _note(path)
-    except (MissingExtraError, Warning):
+    except (MissingExtraError, FileWarning):
         raise
     except InputError as error:
         if path.name in str(error):

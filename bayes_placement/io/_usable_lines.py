@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float
 
 from .._types import warn
+from ._gate import FileWarning
 
 MOST = 0.5
 """Share of such lines from which on the file as a whole is refused."""
@@ -42,6 +43,7 @@ def usable_lines(
     warn(
         f"{path}: {lines.sum()} of {lines.size} lines were left out ({shown}"
         f"{', ...' if lines.sum() > 5 else ''} Hz), since a coherence outside of 0 to 1, or an FRF "
-        "that is not finite, is no measurement. Look for overloads or too few averages there."
+        "that is not finite, is no measurement. Look for overloads or too few averages there.",
+        FileWarning,
     )
     return ~lines

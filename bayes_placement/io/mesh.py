@@ -124,8 +124,8 @@ def read(path: str | Path, *, length_unit: float | int | None = None) -> Mesh:
     if length_unit is not None:
         check_positive("length_unit", length_unit, "mesh.read(path, length_unit=1e-3)")
     file = existing(Path(path), "a mesh")
-    kind = content.content_of(file)
     with reading(file, "a mesh", _REMEDY):
+        kind = content.content_of(file)
         if kind == content.UNIVERSAL:
             contents = load_mesh(file, length_unit)
         else:

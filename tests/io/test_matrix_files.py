@@ -5,6 +5,7 @@ import pytest
 import scipy.io
 import scipy.sparse
 
+import bayes_placement as bp
 from bayes_placement.io import matrix_files
 
 SIZE = 7
@@ -117,3 +118,46 @@ def test_a_turned_bar_in_a_file_of_five_digits_is_read(tmp_path):
     file = saved(tmp_path / "K.mtx", bar)
     stiffness = matrix_files.read(file, file).stiffness
     np.testing.assert_array_equal(stiffness.toarray(), bar)
+
+
+@pytest.mark.parametrize("names", [("K", "M"), ("K0", "M0"), ("stiffness", "mass"), ("Kgg", "Mgg")])
+@pytest.mark.parametrize("form", [np.asarray, scipy.sparse.csc_matrix])
+@pytest.mark.parametrize("packed", [False, True])
+def test_both_matrices_of_a_matlab_file(tmp_path, names, form, packed):
+    matrices = {names[0]: form(CHAIN.toarray()), names[1]: form(LUMPED.toarray())}
+    others = {"measDOFs": np.array([1, 3]), "note": "chain", "T": np.eye(3)}
+    scipy.io.savemat(tmp_path / "system.mat", matrices | others, do_compression=packed)
+    system = bp.io.read_matrices(tmp_path / "system.mat")
+    np.testing.assert_array_equal(system.stiffness.toarray(), CHAIN.toarray())
+    np.testing.assert_array_equal(system.mass.toarray(), LUMPED.toarray())
+
+
+def test_matrices_of_matlab_that_names_leave_open_are_asked_for(tmp_path):
+    both = {"K0": CHAIN.toarray(), "K1": CHAIN.toarray(), "M": LUMPED.toarray()}
+    scipy.io.savemat(tmp_path / "two.mat", both)
+    with pytest.raises(ValueError, match=r"two\.mat: .*K0, K1 may be the stiffness by name"):
+        matrix_files.read(tmp_path / "two.mat")
+    for name in ("K", "M"):
+        scipy.io.savemat(tmp_path / f"{name}.mat", {"A": both[f"{name}0" if name == "K" else "M"]})
+    system = matrix_files.read(tmp_path / "K.mat", tmp_path / "M.mat")
+    np.testing.assert_array_equal(system.mass.toarray(), LUMPED.toarray())
+    file = saved(tmp_path / "K.npz", CHAIN)
+    with pytest.raises(ValueError, match=r"K\.npz was given alone, and is no file of MATLAB"):
+        matrix_files.read(file)
+
+
+@pytest.mark.parametrize("place", [-1, 0, 1])
+def test_an_index_of_a_sparse_matrix_of_matlab_that_is_outside_is_refused(tmp_path, place):
+    scipy.io.savemat(tmp_path / "K.mat", {"K": scipy.sparse.csc_matrix(CHAIN.toarray())})
+    content = bytearray((tmp_path / "K.mat").read_bytes())
+    rows = scipy.sparse.csc_matrix(CHAIN.toarray()).indices.astype("<i4").tobytes()
+    start = bytes(content).index(rows)
+    content[start : start + 4] = np.array([-1 if place < 0 else 999], "<i4").tobytes()
+    if place == 0:  # where columns begin
+        begins = scipy.sparse.csc_matrix(CHAIN.toarray()).indptr.astype("<i4").tobytes()
+        content = bytearray((tmp_path / "K.mat").read_bytes())
+        start = bytes(content).index(begins)
+        content[start + 4 : start + 8] = np.array([999], "<i4").tobytes()
+    (tmp_path / "K.mat").write_bytes(bytes(content))
+    with pytest.raises(ValueError, match=r"K\.mat: .*(stands outside|follow each other)"):
+        matrix_files.read(tmp_path / "K.mat", tmp_path / "K.mat")

@@ -1,10 +1,12 @@
 """Meshes that meshio or other programs wrote, as numbers of nodes and positions in metres."""
 
+import importlib.util
 import sys
 
 import numpy as np
 import pytest
 
+from bayes_placement._types import MissingExtraError
 from bayes_placement.io import _reader_process, mesh
 from bayes_placement.modes.finite_elements.modal_model import ModalModel
 
@@ -219,3 +221,132 @@ def test_a_file_that_may_not_be_read_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(mesh.Path, "open", forbidden)
     with pytest.raises(PermissionError, match=r"part\.inp"):
         mesh.read(path)
+
+
+# Typed by hand after the descriptions of the formats; numbers of nodes are not 1, 2, 3.
+UNIVERSAL_MESH = """\
+    -1
+   164
+         2                  mm         1
+  1.0000000000000000D+03  1.0000000000000000D+00  1.0000000000000000D+00
+  0.0000000000000000D+00
+    -1
+    -1
+  2411
+{nodes}    -1
+    -1
+  2412
+        11        94         1         1         7         4
+        10        20        30        40
+        12        21         1         1         7         2
+         0         1         1
+        10        20
+        13        92         1         1         7         6
+        10        50        20        60        30        70
+        14       161         1         1         7         1
+        10
+    -1
+"""
+CORNERS = {10: (0, 0, 0), 20: (1, 0, 0), 30: (1, 1, 0), 40: (0, 1, 0)}
+MIDDLES = {50: (0.5, 0, 0), 60: (1, 0.5, 0), 70: (0.5, 0.5, 0)}
+PLACES = CORNERS | MIDDLES
+
+
+def universal_mesh(places=PLACES):
+    rows = [
+        f"{node:10d}{1:10d}{1:10d}{11:10d}\n" + "".join(f"{1e3 * x:25.16E}" for x in place) + "\n"
+        for node, place in places.items()
+    ]
+    return UNIVERSAL_MESH.format(nodes="".join(rows))
+
+
+def calculix(width, form, places=PLACES):
+    """Results of CalculiX: short or long lines, a block of results behind the mesh."""
+    nodes = [
+        f" -1{node:{width}d}" + "".join(f"{x:12.5E}" for x in place)
+        for node, place in places.items()
+    ]
+
+    def element(number, kind, corners):
+        return [
+            f" -1{number:{width}d}{kind:5d}{0:5d}{1:5d}",
+            " -2" + "".join(f"{corner:{width}d}" for corner in corners),
+        ]
+
+    return "\n".join(
+        [
+            "    1C",
+            f"    2C{'':18}{len(nodes):12d}{'':37}{form}",
+            *nodes,
+            " -3",
+            f"    3C{'':18}{3:12d}{'':37}{form}",
+            *element(11, 9, (10, 20, 30, 40)),
+            *element(12, 11, (10, 20)),
+            *element(13, 8, (10, 20, 30, 50, 60, 70)),
+            " -3",
+            "  100CL  101 1.000000000           7                     0    1           1",
+            " -4  DISP        4    1",
+            " -3",
+            " 9999",
+        ]
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "unit"),
+    [
+        ("two.unv", universal_mesh(), None),
+        ("two.txt", universal_mesh(), None),
+        ("two.frd", calculix(10, 1), 1.0),
+        ("two.frd", calculix(5, 0), 1.0),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:.*FE descriptor 161 are left out")
+def test_universal_meshes_and_calculix_keep_the_numbers_of_their_nodes(
+    tmp_path, name, content, unit
+):
+    (tmp_path / name).write_text(content)
+    loaded = mesh.read(tmp_path / name, length_unit=unit)
+    assert loaded.node.tolist() == [*PLACES]
+    np.testing.assert_allclose(loaded.position, [*PLACES.values()], atol=1e-12)
+    assert {kind: rows.tolist() for kind, rows in loaded.elements.items()} == {
+        "quad": [[10, 20, 30, 40]],
+        "line": [[10, 20]],
+        "triangle6": [[10, 20, 30, 50, 60, 70]],
+    }
+
+
+def test_what_of_a_universal_mesh_is_left_out_or_missing_is_told(tmp_path):
+    path = tmp_path / "two.unv"
+    path.write_text(universal_mesh())
+    with pytest.warns(UserWarning, match=r"two\.unv was read, .*FE descriptor 161 are left out"):
+        mesh.read(path)
+    path.write_text(universal_mesh(CORNERS))
+    with pytest.raises(ValueError, match=r"two\.unv: an element names node 50, which is not there"):
+        mesh.read(path)
+    path.write_text(universal_mesh().replace("         7         4\n", "         7         5\n"))
+    with pytest.raises(ValueError, match=r"an element has .* nodes where 5 are announced"):
+        mesh.read(path)
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ((" -3\n    3C", "    3C"), "stands in its block 2C"),
+        ((f"{'':37}1", f"{'':37}2"), r"block 2C is in format 2; text \(0 or 1\) is needed"),
+        (("        50", "        5x"), "stands where a whole number is needed"),
+        (("   11    9", "   11    8"), "an element of type 8 has 4 nodes"),
+    ],
+)
+def test_damaged_results_of_calculix_are_refused(tmp_path, change, sentence):
+    (tmp_path / "two.frd").write_text(calculix(10, 1).replace(*change))
+    with pytest.raises(ValueError, match=sentence):
+        mesh.read(tmp_path / "two.frd")
+
+
+def test_the_library_of_a_format_is_named_where_it_is_missing(tmp_path):
+    if importlib.util.find_spec("netCDF4"):
+        pytest.skip("netCDF4 is installed, which reads the file")
+    (tmp_path / "part.exo").write_bytes(b"CDF\x01" + b"\0" * 60)
+    with pytest.raises(MissingExtraError, match=r"part\.exo .* netCDF4 is not installed"):
+        mesh.read(tmp_path / "part.exo")

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import pyuff
+import scipy.io
 
 import bayes_placement as bp
 from bayes_placement._types import InputError
@@ -278,3 +279,46 @@ def test_files_of_modes_are_told_from_files_of_frfs(tmp_path):
     names = {*texts, "frfs.uff", "binary.uff", "modes.csv", "missing.csv"}
     modal_files = {name for name in names if holds_modal_parameters(tmp_path / name)}
     assert modal_files == {"modes.csv", "modes.uff", "modes.toml"}
+
+
+@pytest.mark.parametrize(
+    "names",
+    [("freqExp", "dampExp", "psiExp"), ("fn", "zeta", "phi"), ("Fn", "Xi", "Phi")],
+)
+@pytest.mark.parametrize("ending", [".mat", ".npz"])
+def test_arrays_that_are_named_as_modal_parameters_are(tmp_path, names, ending):
+    path = tmp_path / f"modes{ending}"
+    order = np.array([1, 0])
+    content = dict(
+        zip(names, (FREQUENCY[order], np.array([0.02, 0.01]), SHAPE[:, order]), strict=True)
+    )
+    content |= {f"{names[0]}_std": np.array([0.2, 0.1]), "x": np.arange(3.0)}
+    write = scipy.io.savemat if ending == ".mat" else lambda file, of: np.savez(file, **of)
+    write(path, content)
+    assert holds_modal_parameters(path)
+    read = bp.io.modal_parameters.read(
+        path, damping_deviation=0.1, shape_deviation=0.02, names={1: "s1+y"}
+    )
+    np.testing.assert_allclose(read.natural_frequency, FREQUENCY)
+    np.testing.assert_allclose(read.damping_ratio, [0.01, 0.02])
+    np.testing.assert_allclose(read.deviation[0], [0.1, 0.2])
+    np.testing.assert_allclose(read.shape, SHAPE)
+    assert [channel.label for channel in read.sensors] == ["s1+y", "2", "3"]
+
+
+def test_arrays_that_are_no_modal_parameters_are_refused(tmp_path):
+    path = tmp_path / "modes.mat"
+    scipy.io.savemat(path, {"H": np.eye(3)})
+    assert not holds_modal_parameters(path)
+    with pytest.raises(ValueError, match=r"modes\.mat: it holds H, none of which is named as"):
+        bp.io.modal_parameters.read(path, frequency_deviation=0.01)
+    scipy.io.savemat(path, {"fn": FREQUENCY, "phi": SHAPE.T})
+    with pytest.raises(ValueError, match=r"phi has the shape \(2, 3\), and there are 2 natural"):
+        bp.io.modal_parameters.read(path, frequency_deviation=0.01, shape_deviation=0.01)
+    scipy.io.savemat(path, {"fn": FREQUENCY, "freq": FREQUENCY})
+    with pytest.raises(ValueError, match=r"either could be the natural_frequency"):
+        bp.io.modal_parameters.read(path, frequency_deviation=0.01)
+    wav = tmp_path / "modes.wav"
+    wav.write_bytes(b"RIFF" + b"\0" * 40)
+    with pytest.raises(ValueError, match=r"is WAV by its first bytes, .* by .*time_records"):
+        bp.io.modal_parameters.read(wav, frequency_deviation=0.01)

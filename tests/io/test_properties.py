@@ -9,6 +9,7 @@ import dataclasses
 import gzip
 import json
 import math
+import struct
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -226,6 +227,96 @@ NONE
     -1
 """
 
+HISTORIES = b"""    -1
+    58
+NONE
+NONE
+NONE
+NONE
+NONE
+    1         1    1         0 NONE               1   3 NONE               0   0
+         2         6         1  0.00000E+00  5.00000E-01  0.00000E+00
+        17    0    0    0 Time                 s
+        12    0    0    0 Acceleration         m/s2
+         0    0    0    0 NONE                 NONE
+         0    0    0    0 NONE                 NONE
+  1.00000E+00 -2.00000E+00  3.00000E+00  4.50000E+00 -5.00000E-01  0.00000E+00
+    -1
+"""
+
+LABVIEW = b"""LabVIEW Measurement\t
+Writer_Version\t2
+Separator\tTab
+Decimal_Separator\t.
+X_Columns\tOne
+***End_of_Header***\t
+\t
+Channels\t2
+Samples\t4\t4
+Y_Unit_Label\tN\tm/s^2
+X_Dimension\tTime\tTime
+X0\t0.0\t0.0
+Delta_X\t0.5\t0.5
+***End_of_Header***
+X_Value\tF\tacc\tComment
+0.0\t1.5\t-2.0
+0.5\t2.5\t1.0
+1.0\t3.5\t0.25
+1.5\t4.5\t0.5
+"""
+
+RF64 = (
+    b"RF64\xff\xff\xff\xffWAVEds64" + struct.pack("<IQQQI", 28, 88, 16, 8, 0)
+    + b"fmt " + struct.pack("<IHHIIHH", 16, 1, 1, 512, 1024, 2, 16)
+    + b"data\xff\xff\xff\xff" + np.arange(-4, 4, dtype="<i2").tobytes()
+)  # fmt: skip
+
+UNIVERSAL_MESH = (
+    MODES[: MODES.index(b"    -1\n    55")]
+    + b"""    -1
+  2412
+         1        21         1         1         7         2
+         0         1         1
+         1         2
+    -1
+"""
+)
+
+CALCULIX = b"""    1C
+    2C                             3                                     1
+ -1         1 0.00000E+00 0.00000E+00 0.00000E+00
+ -1         2 1.00000E+00 0.00000E+00 0.00000E+00
+ -1         5 1.00000E+00-1.00000E+00 0.00000E+00
+ -3
+    3C                             1                                     1
+ -1         1    7    0    1
+ -2         1         2         5
+ -3
+ 9999
+"""
+
+BLOCKS = b"".join(
+    b"Signal:\t%s\nX-Axis unit:\tHz\n1\t2.0\t-1.5\n2\t3.0\t2.5\n" % name for name in (b"A", b"B")
+)
+
+
+def of_channels(name, **settings):
+    """Read one channel of accelerations."""
+    signal = bp.time_records.Signal(name, "m/s^2")
+    return lambda path: bp.time_records.read(path, {"s1": signal}, **settings)
+
+
+def of_recording(read):
+    return {"rate": np.array(read.rate), "s1": read["s1"]}
+
+
+def read_blocks(path):
+    pair = {"sensor": "s1", "actuator": "a1", "unit": "m/N"}
+    pair |= {"real": "A column 2", "imaginary": "A column 3"}
+    frequency = {"array": "B column 2", "unit": "Hz"}
+    return bp.io.read(path, {"frf": [pair], "frequency": frequency}).measurement
+
+
 CASE = {
     "structure": {
         "type": "axial bar",
@@ -360,6 +451,24 @@ def readers(tmp_path_factory):
             exact=True,
         ),
         "case": Reader("case.json", json.dumps(CASE, indent=1).encode(), read_case, of_case),
+        "time histories": Reader("hits.uff", HISTORIES, of_channels("1+z"), of_recording),
+        "labview": Reader("hits.lvm", LABVIEW, of_channels("acc"), of_recording),
+        "npy": Reader(
+            "hits.npy",
+            written(folder / "n.npy", lambda path: np.save(path, np.linspace(-1, 1, 12))),
+            of_channels("hits", rate=512.0),
+            of_recording,
+        ),
+        "wav": Reader("hits.wav", RF64, of_channels("channel 1"), of_recording),
+        "universal mesh": Reader("part.unv", UNIVERSAL_MESH, mesh.read, of_mesh),
+        "calculix": Reader("part.frd", CALCULIX, mesh.read, of_mesh),
+        "mat matrices": Reader(
+            "K.mat",
+            written(folder / "K.mat", lambda path: scipy.io.savemat(path, {"K": matrix})),
+            read_matrices,
+            of_matrices,
+        ),
+        "text in blocks": Reader("a.txt", BLOCKS, read_blocks, of_measurement),
         "mesh": Reader(
             "part.vtk",
             b"# vtk DataFile Version 4.2\npart\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 3 double\n"
@@ -423,6 +532,8 @@ def check_damage_is_told(folder, reader, expected, changes):
 
 CHANGES = st.lists(edits(), min_size=1, max_size=3)
 FAST = ("uff", "uff binary", "uff modes", "npz modes", "npz matrices", "mtx", "netcdf", "case")
+FAST += ("time histories", "labview", "npy", "wav", "mat matrices", "text in blocks")
+MESHES = ("mesh", "universal mesh", "calculix")
 
 
 @pytest.mark.parametrize("name", FAST)
@@ -432,10 +543,11 @@ def test_damage_is_told(readers, tmp_path_factory, name, changes):
     check_damage_is_told(tmp_path_factory.mktemp("damaged"), *readers[name], changes)
 
 
-@settings(max_examples=6, **QUIET)  # each starts a process
+@pytest.mark.parametrize("name", MESHES)
+@settings(max_examples=6, **QUIET)  # each may start a process
 @given(changes=CHANGES)
-def test_damage_of_a_mesh_is_told(readers, tmp_path_factory, changes):
-    check_damage_is_told(tmp_path_factory.mktemp("damaged"), *readers["mesh"], changes)
+def test_damage_of_a_mesh_is_told(readers, tmp_path_factory, name, changes):
+    check_damage_is_told(tmp_path_factory.mktemp("damaged"), *readers[name], changes)
 
 
 @pytest.mark.long

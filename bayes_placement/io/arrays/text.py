@@ -280,7 +280,9 @@ def _with_names(before: list[list[str]], cells: list[list[str]]) -> Rows:
     width = len(cells[0])
     if len(before) > 1 and _is_row_of_units(before[-1]) and len(before[-2]) == width:
         *before, names, units = before
-        before = [*before, [f"{n} [{u.strip('[]()')}]" for n, u in zip(names, units, strict=True)]]
+        named = (name or f"column {number}" for number, name in enumerate(names, start=1))
+        whole = [f"{name} [{u.strip('[]()')}]" for name, u in zip(named, units, strict=True)]
+        before = [*before, whole]
     if before and len(before[-1]) == width and not any(map(is_number, before[-1])):
         *skipped, names = before
         return Rows(names, cells, [" ".join(row) for row in skipped])

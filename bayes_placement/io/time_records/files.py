@@ -10,7 +10,7 @@ import numpy as np
 from ..._types import InputError, check_annotated, check_kind, warn
 from .. import _contents as content
 from .._frf_units import VOLTAGE, plain
-from .._gate import check_plausible, existing, path_of, reading
+from .._gate import FileWarning, check_plausible, existing, path_of, reading
 from ..arrays import load as load_arrays
 from . import lvm, mdf, tdms, universal, wav
 from .clock import rate_of, rate_of_times
@@ -156,7 +156,8 @@ def _check_unit(signal: Signal, stated: str) -> None:
     if not is_known(stated):
         warn(
             f"{name} is in {stated!r} by the file, which is no unit that is known; that of Signal "
-            f"is taken, {signal.unit!r}. Compare it with the settings of the recorder."
+            f"is taken, {signal.unit!r}. Compare it with the settings of the recorder.",
+            FileWarning,
         )
         return
     sensitivity = ', sensitivity="100 mV/g"' if plain(stated) in VOLTAGE else ""

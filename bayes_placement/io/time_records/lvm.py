@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._types import InputError, warn
+from .._gate import FileWarning
 from ..arrays.text import decimal_point, is_number, text_of, with_point
 from .clock import JITTER, check_starts, rate_of_times
 from .recording import same_rate
@@ -118,7 +119,9 @@ def _layout(head: str, parts: list[str]) -> _Layout:
     decimal = re.search(r"^Decimal_Separator.(\S)", head, re.MULTILINE)
     cells = _SEPARATORS.get(separator[1], "\t") if separator else "\t"
     rows = _Layout(cells, ".").rows("".join(parts[1:]))
-    return _Layout(cells, decimal[1] if decimal else decimal_point(rows) if cells != "," else ".")
+    if decimal is not None or cells == "," or not rows:
+        return _Layout(cells, decimal[1] if decimal else ".")
+    return _Layout(cells, decimal_point(rows))
 
 
 def _channels(
@@ -155,7 +158,8 @@ def _check_count(path: Path, name: str, announced: str, count: int) -> None:
     if announced and announced != str(count):
         warn(
             f"{path} announces {announced} samples of {name!r} and holds {count}; those that are "
-            "there are read. Check that the recording was not cut off."
+            "there are read. Check that the recording was not cut off.",
+            FileWarning,
         )
 
 

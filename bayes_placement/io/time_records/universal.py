@@ -51,7 +51,11 @@ def _named(datasets: list[Dataset]) -> dict[str, Dataset]:
     for dataset in datasets:
         _check_abscissa(dataset)
         fields = dataset.fields
-        label = Channel(str(int(fields["rsp_node"])), int(fields["rsp_dir"])).label
+        node, direction = str(fields["rsp_node"]), fields["rsp_dir"]
+        is_translation = abs(direction) <= 3
+        label = (
+            Channel(node, direction).label if is_translation else f"{node} direction {direction}"
+        )
         seen[label] += 1
         named[f"{label} ({seen[label]})" if seen[label] > 1 else label] = dataset
     return named

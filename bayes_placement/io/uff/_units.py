@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from ..._types import InputError, check_positive, warn
 from ...experiment import quantities
 from .._frf_units import FORCE, LENGTH, STANDARD_GRAVITY, plain
+from .._gate import FileWarning
 from ._datasets import UNITS, Dataset, MeasurementFileError
 
 QUANTITY = {quantity.data_type: quantity for quantity in quantities.QUANTITIES}
@@ -84,7 +85,8 @@ def of_nodes(
         warn(
             f"{path} states no units (no dataset 164), so that coordinates are taken for metres: "
             f"its nodes extend over {size:.4g} m. State what they are: length_unit=1.0 for metres, "
-            "length_unit=1e-3 for mm."
+            "length_unit=1e-3 for mm.",
+            FileWarning,
         )
     if units.stated:
         return units

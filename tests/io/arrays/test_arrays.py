@@ -387,3 +387,40 @@ def test_a_matlab_file_that_announces_too_much_is_refused(tmp_path):
     (tmp_path / "a.mat").write_bytes(head + packed_element)
     with pytest.raises(ValueError, match=r"a\.mat.* announces 4611686014132420609 numbers"):
         arrays.load(tmp_path / "a.mat")
+
+
+def analyser_text(points, decimal="."):
+    """Blocks as an analyser writes them: a head of keys, then number, line, real, imaginary."""
+    blocks = []
+    for point in points:
+        head = {"Function": "H1", "Signal": point, "X-Axis unit": "Hz", "Y-Axis unit": "(m/s^2)/N"}
+        head |= {"X-Axis first": 10.0, "X-Axis delta": 2.5, "Averages": 5}
+        blocks += [f"{key}:\t{value}" for key, value in head.items()]
+        blocks += [f"{k + 1}\t{10 + 2.5 * k}\t{0.5 + k}\t{-1.5 * k}" for k in range(4)]
+    return "\n".join(blocks).replace(".", decimal)
+
+
+@pytest.mark.parametrize("decimal", [".", ","])
+def test_text_in_blocks_is_read_by_what_tells_them_apart(tmp_path, decimal):
+    path = tmp_path / "frf.txt"
+    path.write_text(analyser_text(["Point 1", "Point 2"], decimal))
+    loaded = arrays.load(path)
+    columns = ("x-axis", "column 3", "column 4")
+    assert [*loaded.arrays] == [f"Point {n} {name}" for n in (1, 2) for name in columns]
+    np.testing.assert_array_equal(loaded.arrays["Point 2 x-axis"], [10.0, 12.5, 15.0, 17.5])
+    np.testing.assert_array_equal(loaded.arrays["Point 2 column 4"], [0.0, -1.5, -3.0, -4.5])
+    assert loaded.units["Point 1 x-axis"] == "Hz"
+    assert loaded.units["Point 1 column 3"].startswith("(m/s^2)/N")
+    path.write_text(analyser_text(["Point 1", "Point 1"], decimal))
+    assert "block 2 column 3" in arrays.load(path).arrays
+    path.write_text(analyser_text(["Point 1", "Point 2"], decimal).rpartition("\t")[0])
+    with pytest.raises(ValueError, match=r"frf\.txt: row 4 has 3 columns and earlier ones have 4"):
+        arrays.load(path)
+
+
+def test_units_may_stand_in_a_row_below_the_names(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("measured,today,here\nf,H re,\nHz,(m/s^2)/N,-\n1,2,3\n2,3,4\n")
+    loaded = arrays.load(path)
+    assert [*loaded.arrays] == ["f", "H re", "column 3"]
+    assert loaded.units == {"f": "Hz", "H re": "(m/s^2)/N", "column 3": "-"}

@@ -576,6 +576,68 @@ def test_the_lines_that_are_asked_for_read_each_form_of_heading_right(tmp_path, 
     assert (measurement.coherence is not None) == ("coherence" in forms)
 
 
+LINES_OF_ANALYSER = np.linspace(0.0, 5.0, 6)[:, None]
+SPECTRA = FRF[:2, 0].T  # (line, pair)
+
+
+@pytest.mark.parametrize(
+    ("arrays", "chosen"),
+    [
+        ({"Hf_chan_2": 0, "Hf_Cross_Spec_chan_2": 1}, ["Hf_chan_2"]),
+        ({"Gxy": 1, "H1_2": 0}, ["H1_2"]),
+        ({"FRF_1": 0, "FRF_2": 1}, ["FRF_1", "FRF_2"]),
+        ({"data": 0}, ["data"]),
+        ({"cross_spectrum": 1}, []),
+        ({"first": 0, "second": 1}, []),
+    ],
+)
+def test_names_decide_which_complex_array_is_the_frf(tmp_path, arrays, chosen):
+    content = {name: SPECTRA[:, column : column + 1] for name, column in arrays.items()}
+    content |= {"Freq_domain": LINES_OF_ANALYSER, "coh": np.full((6, 1), 0.9), "PSD": np.ones(6)}
+    scipy.io.savemat(tmp_path / "a.mat", content)
+    with pytest.raises(ValueError, match="nothing says which array") as error:
+        bp.io.read(tmp_path / "a.mat")
+    lines = lines_asked_for(error)
+    stated = tomllib.loads(lines)
+    assert [pair["array"] for pair in stated.get("frf", [])] == chosen
+    (tmp_path / "a.toml").write_text(lines)
+    if not chosen:
+        with pytest.raises(ValueError, match="nothing says which array"):
+            bp.io.read(tmp_path / "a.toml")
+        row = next(row for row in lines.splitlines() if row.startswith("# frf"))
+        (tmp_path / "a.toml").write_text(lines.replace(row, row[2:]))
+    measurement = bp.io.read_measurement(tmp_path / "a.toml")
+    pairs = [arrays[name] for name in chosen or [*arrays][:1]]
+    np.testing.assert_array_equal(measurement.frf[:, 0], SPECTRA[:, pairs].T)
+    np.testing.assert_array_equal(measurement.frequency, LINES_OF_ANALYSER[:, 0])
+
+
+def test_arrays_that_are_no_frfs_are_sent_to_their_readers(tmp_path):
+    scipy.io.savemat(tmp_path / "a.mat", {"K0": np.eye(3), "M0": np.eye(3)})
+    with pytest.raises(ValueError, match=r"matrices by bp\.io\.read_matrices, time records by bp"):
+        bp.io.read(tmp_path / "a.mat")
+    (tmp_path / "a.wav").write_bytes(b"RF64" + b"\0" * 40)
+    with pytest.raises(ValueError, match=r"a\.wav is WAV by its first bytes, .* by bp\.time"):
+        bp.io.read(tmp_path / "a.wav")
+
+
+def test_a_few_lines_that_are_no_measurement_are_left_out(tmp_path):
+    coherence = np.full((6, 2, 1), 0.9)
+    coherence[1, 0], coherence[4, 1] = 1.2, -0.1
+    frf = np.array(ARRAYS["H"])
+    frf[5] = np.inf
+    np.savez(tmp_path / "a.npz", **ARRAYS | {"C": coherence, "H": frf})
+    path = mapped(tmp_path, "a.npz")
+    with pytest.raises(ValueError, match=r"a\.npz"):  # half of the lines are not a few
+        bp.io.read(path)
+    frf[5] = ARRAYS["H"][5]
+    np.savez(tmp_path / "a.npz", **ARRAYS | {"C": coherence, "H": frf})
+    with pytest.warns(UserWarning, match=r"a\.npz: 2 of 6 lines were left out"):
+        imported = bp.io.read(path)
+    np.testing.assert_array_equal(imported.measurement.frequency, LINES[[0, 2, 3, 5]])
+    assert "Left out: 2 lines, since their coherence or their FRFs" in str(imported)
+
+
 def test_a_frequency_in_kilohertz_is_asked_for_in_its_unit(tmp_path):
     write_headings(tmp_path / "a.csv", "f kHz;H dB;H deg", "dB deg")
     with pytest.raises(ValueError, match="nothing says") as error:
