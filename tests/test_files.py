@@ -79,7 +79,7 @@ WRITERS = {
     "map.nc": lambda path: run_in(path.parent).dataset(path.name, NUMBERS),
     "a.csv": lambda path: run_in(path.parent).table(path.name, pd.DataFrame(NUMBERS["a"])),
     "a.txt": lambda path: run_in(path.parent).text(path.name, "words " * 5000),
-    "a.png": lambda path: run_in(path.parent).figures({path.name: figure()}),
+    "a.png": lambda path: run_in(path.parent).figures(lambda: {path.name: figure()}),
     "a.uff": lambda path: bp.io.uff.write(path, measured()),
     "a.npz": lambda path: write_atomically(path, lambda at: np.savez(at, a=NUMBERS["a"])),
 }

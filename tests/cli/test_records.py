@@ -125,8 +125,8 @@ def test_figures_are_written_by_an_idle_helper_and_listed_once_they_are_there(
 
     monkeypatch.setattr(_run, "begun_in_helper", begun_in_helper)
     run = begun("show", model, tmp_path / "mine")
-    run.figures({"first.png": Figure(), "second.png": Figure()})
-    run.within("state_1").figures({"third.png": Figure()})
+    run.figures(lambda: {"first.png": Figure(), "second.png": Figure()})
+    run.within("state_1").figures(lambda: {"third.png": Figure()})
     run.text("words.txt", "later")
     assert len(begin) == 3 and run.files == ["words.txt"]
     (path, _), *_ = (arguments for _, arguments in begin)

@@ -132,7 +132,7 @@ def test_the_result_is_bit_for_bit_what_infer_returns_for_that_seed(first):
 
 
 def test_data_from_a_file_take_the_place_of_the_models_own(first, tmp_path, monkeypatch):
-    monkeypatch.setattr(_run.Run, "figures", lambda run, figures: None)
+    monkeypatch.setattr(_run.Run, "figures", lambda run, *drawings: None)
     folder, _ = first
     nominal = bp.io.model.read(folder / "study.py").measurement
     louder = bp.Measurement.from_arrays(
@@ -159,7 +159,7 @@ def test_data_from_a_file_take_the_place_of_the_models_own(first, tmp_path, monk
 
 
 def test_a_model_that_does_not_explain_the_data_is_told_with_what_to_do_next(tmp_path, monkeypatch):
-    monkeypatch.setattr(_run.Run, "figures", lambda run, figures: None)
+    monkeypatch.setattr(_run.Run, "figures", lambda run, *drawings: None)
     wrong = "measurement = experiment.nominal_measurement()\n" + MODEL.replace("1e9", "1.4e9")
     model = written(tmp_path, MODEL + wrong + ENGINE)
     done = run(model, "--engine", "map", "--quiet", "--out", tmp_path / "out")
@@ -183,7 +183,9 @@ def test_figures_of_many_unknowns_are_written_on_pages():
     tree = many_parameters(61)
     kept = DataTree()
     kept.attrs[ABOUT] = '{"models": []}'
-    figures = commands._figures({"one": tree, "two": tree}, {}, kept)
+    figures = {}
+    for draw in commands._drawings({"one": tree, "two": tree}, {}, kept):
+        figures |= draw()
     assert sorted(figures) == [
         *("intervals.png", "intervals_2.png", "intervals_3.png", "intervals_4.png"),
         "measured_against_band.png",
@@ -256,7 +258,7 @@ def test_methods_are_shown_and_written_as_they_come(tmp_path, monkeypatch):
         return infer(*arguments)
 
     monkeypatch.setattr(commands, "infer_posterior", watched)
-    monkeypatch.setattr(_run.Run, "figures", lambda run, figures: None)
+    monkeypatch.setattr(_run.Run, "figures", lambda run, *drawings: None)
     done = run(written(tmp_path, MODEL + MEASUREMENT), "--engine", "all", "--out", tmp_path / "out")
     assert done.exit_code == 0, (done.output, done.exception)
     nuts, kde = "result_latent_nuts.nc", "result_kde_importance.nc"

@@ -281,7 +281,7 @@ def _with_names(before: list[list[str]], cells: list[list[str]]) -> Rows:
     if len(before) > 1 and _is_row_of_units(before[-1]) and len(before[-2]) == width:
         *before, names, units = before
         named = (name or f"column {number}" for number, name in enumerate(names, start=1))
-        whole = [f"{name} [{u.strip('[]()')}]" for name, u in zip(named, units, strict=True)]
+        whole = [f"{name} [{u.strip('[]')}]" for name, u in zip(named, units, strict=True)]
         before = [*before, whole]
     if before and len(before[-1]) == width and not any(map(is_number, before[-1])):
         *skipped, names = before
@@ -292,7 +292,7 @@ def _with_names(before: list[list[str]], cells: list[list[str]]) -> Rows:
 
 def _is_row_of_units(row: list[str]) -> bool:
     """Whether each cell is a unit, one of them a known one, so that the names stand above."""
-    cells = [cell.strip("[]()") for cell in row]
+    cells = [cell.strip("[]") for cell in row]
     return any(map(is_unit, cells)) and all(not cell or is_unit(cell) for cell in cells)
 
 
