@@ -1,5 +1,5 @@
 """The command line: `python -m bayes_placement` is `bayes-placement`."""
 
-from .cli.app import app
+from .cli._program import run
 
-app(prog_name="bayes-placement")
+run()

@@ -47,7 +47,8 @@ def begun(options: Common) -> Iterator["Output"]:
             begin_with_helpers("bayes_placement.criticism.missing")
         from ._result_folder import result_folder
 
-        with result_folder(options.model, options.command, options.out) as folder:
+        out = None if options.out is None else options.out.absolute()
+        with result_folder(options.model.absolute(), options.command, out) as folder:
             from ._run import Output
 
             yield Output(folder, options.quiet, options.as_json, options.report)

@@ -3,6 +3,7 @@
 import functools
 import inspect
 from collections.abc import Callable, Collection
+from pathlib import Path
 from typing import Any
 
 import typer
@@ -59,7 +60,7 @@ def command(
             model, word = options[parameters[0].name], name or function.__name__
             common = Common(model, word, **given, searches=searches)
             with begun(common) as output:
-                code = function(output, **options)
+                code = function(output, **_absolute(options))
                 if code:
                     raise typer.Exit(code)
 
@@ -69,6 +70,14 @@ def command(
         return function
 
     return register
+
+
+def _absolute(options: dict[str, Any]) -> dict[str, Any]:
+    """Options with paths that are the same wherever a model file goes."""
+    return {
+        word: value.absolute() if isinstance(value, Path) else value
+        for word, value in options.items()
+    }
 
 
 def _option(name: str, annotation: Any, default: Any) -> inspect.Parameter:

@@ -10,11 +10,27 @@ from types import TracebackType
 
 import typer
 
+from ._streams import answer_alone, begin_here, print_answer, printable
+
 PACKAGE = Path(__file__).parents[1]
 
-MODEL_FAILS, USAGE, REFUSED, FAILED, STOPPED = 1, 2, 3, 4, 130
+MODEL_FAILS, USAGE, REFUSED, FAILED, UNPRINTED, STOPPED = 1, 2, 3, 4, 5, 130
 """Exit codes besides 0: the model fails its check; the command was typed wrongly; the model file
-or the data are refused; this program or the system failed; Ctrl-C."""
+or the data are refused; this program or the system failed; standard output could not be written to;
+Ctrl-C."""
+
+AGAIN = "Run it again to go on."
+"""What is said where a command was stopped."""
+
+
+class StoppedBySignal(KeyboardInterrupt):
+    """A signal that ends a command as Ctrl-C does; its argument is the exit code."""
+
+
+def code_of_stop(error: KeyboardInterrupt) -> int:
+    """Exit code of a command that was stopped."""
+    return error.args[0] if isinstance(error, StoppedBySignal) else STOPPED
+
 
 ABOUT_FRAMES_OF_JAX = "JAX_TRACEBACK_FILTERING"
 """In a note that JAX adds to errors about frames that are not shown."""
@@ -40,19 +56,23 @@ def errors_in_words(
         Whether an object of JSON with the error is written to standard output, too.
     """
     try:
-        yield
+        begin_here()
+        model = model.resolve()
+        with answer_alone(as_json):
+            yield
     except (typer.Exit, typer.Abort):
         raise
-    except KeyboardInterrupt:
-        _say("Stopped before anything was computed.", STOPPED, as_json)
-        raise typer.Exit(STOPPED) from None
-    except Exception as error:
+    except KeyboardInterrupt as error:
+        code = code_of_stop(error)
+        _say(f"Stopped before anything was computed. {AGAIN}", code, as_json)
+        raise typer.Exit(code) from None
+    except BaseException as error:  # a function of a model file may raise SystemExit
         code, words = _in_words(error, model, show_traceback)
         _say(words, code, as_json)
         raise typer.Exit(code) from error
 
 
-def _in_words(error: Exception, model: Path, show_traceback: bool) -> tuple[int, str]:
+def _in_words(error: BaseException, model: Path, show_traceback: bool) -> tuple[int, str]:
     """Exit code and text of an error."""
     if _is_ours(error, model):
         code, words = _code(error), f"error: {_place(error, model)}{error}"
@@ -63,7 +83,7 @@ def _in_words(error: Exception, model: Path, show_traceback: bool) -> tuple[int,
     return code, _traceback(error) if show_traceback else words
 
 
-def _code(error: Exception) -> int:
+def _code(error: BaseException) -> int:
     """Exit code of an error of this package, or of a file that cannot be read."""
     from .._types import InputError, UsageError
 
@@ -74,15 +94,16 @@ def _code(error: Exception) -> int:
 
 def _say(words: str, code: int, as_json: bool) -> None:
     if as_json:
-        typer.echo(json.dumps({"error": words, "exit_code": code}, ensure_ascii=False))
-    typer.secho(words.rstrip(), err=True, fg="red" if words.startswith("error") else None)
+        print_answer(json.dumps({"error": words, "exit_code": code}))
+    shown = printable(words.rstrip())
+    typer.secho(shown, err=True, fg="red" if words.startswith("error") else None)
 
 
-def _traceback(error: Exception) -> str:
+def _traceback(error: BaseException) -> str:
     return "".join(traceback.format_exception(error))
 
 
-def _is_ours(error: Exception, model: Path) -> bool:
+def _is_ours(error: BaseException, model: Path) -> bool:
     from .._types import PackageError
 
     if isinstance(error, PackageError):
@@ -93,22 +114,22 @@ def _is_ours(error: Exception, model: Path) -> bool:
     return _from_model(error, model) is None or PACKAGE in Path(raised_in).parents
 
 
-def _from_model(error: Exception, model: Path) -> TracebackType | None:
+def _from_model(error: BaseException, model: Path) -> TracebackType | None:
     """Traceback from the first line of the model file on; None where it has no part in it."""
     frames = error.__traceback__
-    while frames is not None and Path(frames.tb_frame.f_code.co_filename) != model.resolve():
+    while frames is not None and Path(frames.tb_frame.f_code.co_filename) != model:
         frames = frames.tb_next
     return frames
 
 
-def _is_of_model(error: Exception, model: Path) -> bool:
+def _is_of_model(error: BaseException, model: Path) -> bool:
     """Whether an error came up in the model file, or in something that it called."""
-    if isinstance(error, SyntaxError) and error.filename == str(model.resolve()):
+    if isinstance(error, SyntaxError) and error.filename == str(model):
         return True
     return _from_model(error, model) is not None
 
 
-def _model_traceback(error: Exception, model: Path) -> Iterator[str]:
+def _model_traceback(error: BaseException, model: Path) -> Iterator[str]:
     """Lines of the traceback in files of the user; of libraries that they call the error alone."""
     told = traceback.TracebackException(type(error), error, _from_model(error, model))
     told.stack = traceback.StackSummary.from_list(
@@ -125,11 +146,11 @@ def _is_of_user(file: str) -> bool:
     return not file.startswith("<") and not {PACKAGE, *folders} & {*Path(file).parents}
 
 
-def _place(error: Exception, model: Path) -> str:
+def _place(error: BaseException, model: Path) -> str:
     """Line of the user's files in which an error came up, if it did in one."""
     lines = [
         f"{Path(frame.filename).name}, line {frame.lineno}: "
         for frame in traceback.extract_tb(_from_model(error, model))
-        if model.resolve().parent in Path(frame.filename).parents
+        if model.parent in Path(frame.filename).parents
     ]
     return lines[-1] if lines else ""

@@ -192,4 +192,4 @@ def states_by_label(words: Sequence[str]) -> dict[str, Path]:
                 f"--state {word!r} was given; a label and a file are needed, each label once, "
                 'since it is the name of the state: --state "5 mm cut=cut5.uff".'
             )
-    return {label: Path(file) for label, (_, _, file) in zip(labels, pairs, strict=True)}
+    return {label: Path(file).absolute() for label, (_, _, file) in zip(labels, pairs, strict=True)}

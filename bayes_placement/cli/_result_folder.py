@@ -18,7 +18,8 @@ import typer
 
 from .._files import UNFINISHED, delete_leftovers, lock
 from .._types import UsageError
-from ._errors import STOPPED
+from ._errors import AGAIN, code_of_stop
+from ._streams import printable
 
 RESULTS = Path("results")
 """Folder of the results of all models."""
@@ -73,7 +74,7 @@ def result_folder(model: Path, command: str, out: Path | None) -> Iterator[Resul
         If it cannot be written to, its disk is full, it holds results of another model, or another
         run writes into it.
     """
-    home = RESULTS / model.resolve().stem
+    home = RESULTS.absolute() / model.resolve().stem
     new = _made_new(home, command) if out is None else _made(out)
     folder = ResultFolder(new[0], home) if out is None else ResultFolder(out, out)
     with _of_one_run(folder, new):
@@ -92,9 +93,9 @@ def _of_one_run(results: ResultFolder, new: list[Path]) -> Iterator[None]:
             before = _versions(results.shared)
             try:
                 yield
-            except KeyboardInterrupt:
-                typer.secho(_words_on_kept(results, before), err=True)
-                raise typer.Exit(STOPPED) from None
+            except KeyboardInterrupt as error:
+                typer.secho(printable(f"{_words_on_kept(results, before)} {AGAIN}"), err=True)
+                raise typer.Exit(code_of_stop(error)) from None
     finally:
         for folder in new:
             with suppress(OSError):  # it holds something
@@ -183,7 +184,7 @@ def _claimed(out: Path) -> Iterator[None]:
         _write_line(handle, out)
         if earlier:
             words = f"An earlier run into {out} did not end ({earlier}). What it wrote is complete."
-            typer.echo(words, err=True)
+            typer.echo(printable(words), err=True)
         yield
     finally:
         path.unlink(missing_ok=True)  # while it is still locked

@@ -15,6 +15,7 @@ from rich.table import Table
 
 from .._types import Progress, no_progress
 from ..design.running.progress import progress_bars, progress_console, terminal_console
+from ._streams import print_answer, printable
 
 UNBROKEN = re.compile(
     r"\(95 %: \S+ to \S+|"
@@ -80,8 +81,7 @@ class Screen(NamedTuple):
     def json(self, content: Mapping[str, Any]) -> None:
         """Print an object of JSON, where that is asked for."""
         if self.as_json:
-            text = json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False)
-            print_text(self.console, text)
+            print_answer(json.dumps(content, indent=1, allow_nan=False))
 
     def written(self, command: str, verdict: str, files: Sequence[Path]) -> None:
         """Say what a command wrote that computes nothing and has no folder of results.
@@ -109,7 +109,7 @@ class Screen(NamedTuple):
 
 def print_text(console: Console, text: object) -> None:
     """Print text as it is, without colours, markup or line breaks of its own."""
-    console.print(str(text), highlight=False, soft_wrap=True, markup=False)
+    console.print(printable(text), highlight=False, soft_wrap=True, markup=False)
 
 
 NOTES = {
@@ -148,8 +148,8 @@ def terminal_table(data: pd.DataFrame, index_title: str, width: int) -> Table:
     width
         Width of the terminal.
     """
-    headings = [index_title, *map(str, data.columns)]
-    rows = [[str(cell) for cell in (name, *row)] for name, row in data.iterrows()]
+    headings = [index_title, *map(printable, data.columns)]
+    rows = [[printable(cell) for cell in (name, *row)] for name, row in data.iterrows()]
     columns = [[heading, *(row[place] for row in rows)] for place, heading in enumerate(headings)]
     least = [max(map(_longest, column)) for column in columns]
     room = width - sum(least) - BETWEEN * len(least) - 1

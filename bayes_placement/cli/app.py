@@ -33,7 +33,8 @@ def main(version: Version = False) -> None:
     """Bayesian updating of structures whose sensors are at uncertain positions.
 
     Exit codes: 0 done; 1 the model fails its check; 2 the command was typed wrongly; 3 the model
-    file or the data are refused; 4 this program failed; 130 interrupted.
+    file or the data are refused; 4 this program failed; 5 its words could not be printed; 129, 130,
+    143 stopped.
     """
 
 

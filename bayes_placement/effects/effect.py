@@ -18,6 +18,7 @@ from ..modes.modes import Modes
 from ..modes.points import Points, along
 from ..modes.scalars import check_scalar
 from ..positions import at as _at
+from ..positions.names import printable_name
 from ..positions.places import Place as InSpace
 from ..positions.places import Position, coordinates
 from ..positions.reprs import with_short_repr
@@ -128,6 +129,7 @@ class Effect(eqx.Module):
         """
 
     def __check_init__(self) -> None:
+        printable_name("An effect of the name", self.name)
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
             if "unit" not in field.metadata:

@@ -22,7 +22,7 @@ from ..effects.effect import (
 )
 from ..modes.hinges import with_compliance
 from ..modes.modes import Modes
-from ..positions.channel import check_storable, checked_name
+from ..positions.names import checked_name
 from ..positions.reprs import noun_html
 from ._value_checks import check_values
 from .damping import Damping
@@ -200,9 +200,9 @@ def added(effects: Mapping[str, Kind], effect: Kind) -> OrderedDict[str, Kind]:
     Raises
     ------
     InputError
-        If its name is taken, empty or has a dot.
+        If its name is taken, or has a dot or a slash.
     """
-    check_storable("An effect of the name", checked_name("An effect of the name", effect.name))
+    checked_name("An effect of the name", effect.name)
     check_free(effect, effects)
     return OrderedDict(effects) | {effect.name: effect}
 

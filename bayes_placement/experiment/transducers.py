@@ -19,7 +19,8 @@ from ..modes.ports import is_beam, on_arms
 from ..modes.scalars import check_scalar
 from ..positions.at import At, RecordedPosition, as_place, position_on
 from ..positions.bounds import in_space, position_text
-from ..positions.channel import check_storable, checked, checked_name
+from ..positions.channel import checked
+from ..positions.names import checked_name
 from ..positions.places import Place, Position, coordinates, mean
 from ..positions.reprs import noun_html
 from ..positions.tolerances import Tolerance
@@ -116,7 +117,6 @@ class Transducer(eqx.Module):
             )
         check_annotated("tolerance", tolerance, Tolerance | None)
         check_annotated("recorded", recorded, ArrayLike | None)
-        check_storable(f"{self.kind} of the name", str(name))
         self.name = checked(Channel(checked_name(f"{self.kind} of the name", name))).name
         self.position = as_place(at)
         self.tolerance = self.position if isinstance(self.position, Tolerance) else tolerance

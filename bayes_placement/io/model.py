@@ -16,6 +16,7 @@ from ..experiment.measurement import Measurement
 from ..experiment.modal_parameters import ModalParameters
 from ..inference.engines.engine import Engine
 from ..positions.reprs import with_short_repr
+from ._model_guards import guarded
 
 
 @with_short_repr
@@ -94,7 +95,7 @@ def _run(path: Path) -> ModuleType:
         )
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
-    with _folder_on_import_path(path.resolve().parent):
+    with _folder_on_import_path(path.resolve().parent), guarded(path.resolve()):
         spec.loader.exec_module(module)
     # Other processes cannot import it by its name: they get its classes and functions as they are.
     for defined in (module, *_imported()):

@@ -1,10 +1,12 @@
 """Channels: one signal of a transducer each, named by labels such as s1+x."""
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 from .._types import InputError, check_annotated, check_kind
+from .names import look_alike, printable_name
 from .reprs import with_short_repr
 
 
@@ -97,9 +99,10 @@ def match(requested: Channel, recorded: tuple[Channel, ...], side: str) -> Match
     if named:
         way = abs(recorded[named[0]].direction)
         otherwise = f"state the direction: directions=({way},), and direction={way} of a beam"
+    hint = look_alike(requested.name, [channel.name for channel in recorded])
     raise InputError(
         f"The {side} channel {requested.label} was requested, but only {labels} were measured; "
-        f"name one of them, or {otherwise}."
+        f"name one of them, or {otherwise}.{hint}"
     )
 
 
@@ -113,7 +116,8 @@ def parsed(channels: Channels) -> tuple[Channel, ...]:
 
 
 def checked(channel: Channel) -> Channel:
-    """Refuse a channel whose label would be read as another channel."""
+    """Refuse a channel that cannot be printed, or whose label would be read as another channel."""
+    printable_name("Channel of the name", channel.name)
     if channel.direction not in range(-3, 4):
         raise InputError(
             f"Channel {channel.name!r} was given direction {channel.direction}; it must be one of "
@@ -130,43 +134,9 @@ def checked(channel: Channel) -> Channel:
 
 def check_distinct(side: str, channels: tuple[Channel, ...]) -> None:
     """Refuse a channel that is given twice."""
-    repeated = [
-        channel.label for index, channel in enumerate(channels) if channel in channels[:index]
-    ]
-    if repeated:
+    if len({*channels}) < len(channels):
+        repeated = next(channel for channel, count in Counter(channels).items() if count > 1)
         raise InputError(
-            f"The {side} channel {repeated[0]} was given twice; each may stand once only, since "
+            f"The {side} channel {repeated.label} was given twice; each may stand once only, since "
             "its data would count twice. Give each row its own label: 's1+x', 's1+y'."
         )
-
-
-def check_storable(kind: str, name: str) -> None:
-    """Refuse a name that no file of results can hold.
-
-    Raises
-    ------
-    InputError
-        If it has a slash.
-    """
-    if "/" in name:
-        raise InputError(
-            f"{kind} {name!r} was given; a name without a slash is needed, since slashes separate "
-            f'groups in the files of results: "{name.replace("/", "_")}".'
-        )
-
-
-def checked_name(kind: str, name: str) -> str:
-    """Return a name that can be a word of the name of an unknown.
-
-    Raises
-    ------
-    InputError
-        If it is empty or contains a dot.
-    """
-    if not isinstance(name, str) or not name or "." in name:
-        better = str(name).replace(".", "_") if isinstance(name, str) and name else "s1"
-        raise InputError(
-            f"{kind} {name!r} was given; a name without a dot is needed, since dots separate the "
-            f'words in names of unknowns (sensor.s1.position): "{better}".'
-        )
-    return name

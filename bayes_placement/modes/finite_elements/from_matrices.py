@@ -9,7 +9,7 @@ from scipy.sparse import csc_array
 
 from ..._sites import is_open
 from ..._types import InputError, Parameter, arguments_checked, check_positive
-from ...positions.channel import checked_name
+from ...positions.names import checked_name
 from ...positions.tolerances import Tolerance
 from ...positions.vectors import CartesianComponents, triple
 from . import _part_factors

@@ -1,0 +1,66 @@
+"""The program `bayes-placement`: what is true of it from its first word to its exit code."""
+
+import os
+import signal
+import sys
+import threading
+import time
+from types import FrameType
+from typing import Any, NoReturn
+
+from ._errors import MODEL_FAILS, UNPRINTED, StoppedBySignal
+from ._streams import LastingStream, lasting_streams
+from .app import app
+
+ENDING = ("SIGTERM", "SIGHUP")
+"""Signals by which systems end a program: they end it as Ctrl-C does."""
+
+
+PATIENCE = 5.0
+"""Time [s] in which threads may end, once the command has."""
+
+
+def run() -> NoReturn:
+    """Run a command with words of the command line, and end the process with its exit code."""
+    output = lasting_streams()
+    for name in ENDING:
+        number = getattr(signal, name, None)  # Windows has no SIGHUP; `nohup` ignores it
+        if number is not None and signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, _stop)
+    try:
+        app(prog_name="bayes-placement")
+    except SystemExit as ended:
+        _leave(_code(ended.code, output))
+    raise AssertionError("a command ends by its exit code")
+
+
+def _stop(number: int, frame: FrameType | None) -> None:
+    signal.signal(number, signal.SIG_DFL)  # a second one ends at once
+    raise StoppedBySignal(128 + number)
+
+
+def _code(code: Any, output: LastingStream | None) -> int:
+    """Exit code of a command, another one where not all of its words could be printed."""
+    number = int(code or 0)
+    sys.stdout.flush()
+    if output is None or output.fault is None or number not in (0, MODEL_FAILS):
+        return number
+    sys.stderr.write(
+        f"error: standard output could not be written to ({output.fault.strerror}); what was left "
+        "to print is lost. The command went on: files of results are complete, and run.json among "
+        "them tells the verdict.\n"
+    )
+    return UNPRINTED
+
+
+def _leave(code: int) -> NoReturn:
+    """End the process, even where a thread of the model file goes on for ever."""
+    threading.Thread(target=_end, args=(code,), daemon=True).start()
+    sys.exit(code)
+
+
+def _end(code: int) -> None:
+    time.sleep(PATIENCE)
+    sys.stderr.write("A thread of the model file goes on; the program ends without it.\n")
+    sys.stderr.flush()
+    os._exit(code)

@@ -1,0 +1,69 @@
+"""Names that tables, figures, files of results and terminals can hold."""
+
+import unicodedata
+
+from .._types import InputError, check_kind
+
+LONGEST = 100
+"""Greatest number of letters of a name."""
+
+
+def printable_name(kind: str, name: str) -> str:
+    """Return a name that can be printed.
+
+    Parameters
+    ----------
+    kind
+        What has it, for the message: `Sensor of the name`.
+    name
+        The name.
+
+    Raises
+    ------
+    InputError
+        If it is no text, blank, too long, or has letters that steer a terminal or have no shape.
+    """
+    needed = "a name is needed, since it stands in tables and files"
+    check_kind(kind, name, str, needed, "a text such as 's1'")
+    if not name.isprintable() or not name.strip() or len(name) > LONGEST:
+        better = "".join(letter for letter in name if letter.isprintable()).strip()[:LONGEST]
+        raise InputError(
+            f"{kind} {name[: 2 * LONGEST]!r} was given; a name of at most {LONGEST} letters is "
+            "needed, all of which can be printed, since it stands in tables, figures and files: "
+            f"{better or 's1'!r}."
+        )
+    return name
+
+
+def checked_name(kind: str, name: str) -> str:
+    """Return a name that can be a word of the name of an unknown, and of a group in a file.
+
+    Raises
+    ------
+    InputError
+        If it is empty, cannot be printed, or has a dot or a slash.
+    """
+    if not isinstance(name, str) or not name or "." in name:
+        better = str(name).replace(".", "_") if isinstance(name, str) and name else "s1"
+        raise InputError(
+            f"{kind} {name!r} was given; a name without a dot is needed, since dots separate the "
+            f'words in names of unknowns (sensor.s1.position): "{better}".'
+        )
+    if "/" in name:
+        raise InputError(
+            f"{kind} {name!r} was given; a name without a slash is needed, since slashes separate "
+            f'groups in the files of results: "{name.replace("/", "_")}".'
+        )
+    return printable_name(kind, name)
+
+
+def look_alike(name: str, others: list[str]) -> str:
+    """Hint at a name that differs in case or in the form of its letters alone; empty of none."""
+    alike = [other for other in others if _plain(other) == _plain(name) and other != name]
+    if not alike:
+        return ""
+    return f" {ascii(alike[0])} differs from {ascii(name)} in case or in the form of letters alone."
+
+
+def _plain(name: str) -> str:
+    return unicodedata.normalize("NFKC", name).casefold()
