@@ -19,17 +19,9 @@ MODEL_FAILS, USAGE, REFUSED, FAILED, UNPRINTED, STOPPED = 1, 2, 3, 4, 5, 130
 or the data are refused; this program or the system failed; standard output could not be written to;
 Ctrl-C."""
 
-AGAIN = "Run it again to go on."
-"""What is said where a command was stopped."""
-
 
 class StoppedBySignal(KeyboardInterrupt):
     """A signal that ends a command as Ctrl-C does; its argument is the exit code."""
-
-
-def code_of_stop(error: KeyboardInterrupt) -> int:
-    """Exit code of a command that was stopped."""
-    return error.args[0] if isinstance(error, StoppedBySignal) else STOPPED
 
 
 ABOUT_FRAMES_OF_JAX = "JAX_TRACEBACK_FILTERING"
@@ -63,8 +55,9 @@ def errors_in_words(
     except (typer.Exit, typer.Abort):
         raise
     except KeyboardInterrupt as error:
-        code = code_of_stop(error)
-        _say(f"Stopped before anything was computed. {AGAIN}", code, as_json)
+        code = error.args[0] if isinstance(error, StoppedBySignal) else STOPPED
+        (words,) = getattr(error, "__notes__", ["Stopped before anything was computed."])
+        _say(f"{words} Run it again to go on.", code, as_json)
         raise typer.Exit(code) from None
     except BaseException as error:  # a function of a model file may raise SystemExit
         code, words = _in_words(error, model, show_traceback)

@@ -18,7 +18,6 @@ import typer
 
 from .._files import UNFINISHED, delete_leftovers, lock
 from .._types import UsageError
-from ._errors import AGAIN, code_of_stop
 from ._streams import printable
 
 RESULTS = Path("results")
@@ -94,8 +93,8 @@ def _of_one_run(results: ResultFolder, new: list[Path]) -> Iterator[None]:
             try:
                 yield
             except KeyboardInterrupt as error:
-                typer.secho(printable(f"{_words_on_kept(results, before)} {AGAIN}"), err=True)
-                raise typer.Exit(code_of_stop(error)) from None
+                error.add_note(_words_on_kept(results, before))
+                raise
     finally:
         for folder in new:
             with suppress(OSError):  # it holds something

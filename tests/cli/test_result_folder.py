@@ -100,6 +100,9 @@ def test_after_a_run_that_was_killed_the_next_says_so_and_deletes_what_was_not_f
     assert [path.name for path in out.rglob("*")] == ["chunks"]
 
 
+AGAIN = "Run it again to go on."
+
+
 def stop_after(names):
     def stopped(path, data, engine, output, *further):
         out = output.folder.path
@@ -130,7 +133,7 @@ def test_ctrl_c_is_one_line_with_what_is_kept(study, tmp_path, monkeypatch, name
     monkeypatch.setattr(check, "run", stop_after(names))
     answer = run(study, out)
     assert answer.exit_code == 130
-    assert answer.output == words.format(out=out) + "\n"
+    assert answer.output == f"{words.format(out=out)} {AGAIN}\n"
 
 
 def test_ctrl_c_before_anything_is_one_line(study, tmp_path, monkeypatch):
@@ -139,20 +142,24 @@ def test_ctrl_c_before_anything_is_one_line(study, tmp_path, monkeypatch):
 
     monkeypatch.setattr(_result_folder, "_made", stopped)
     answer = run(study, tmp_path / "results")
-    assert (answer.exit_code, answer.output) == (130, "Stopped before anything was computed.\n")
+    assert (answer.exit_code, answer.output) == (
+        130,
+        f"Stopped before anything was computed. {AGAIN}\n",
+    )
 
 
 LISTENING = """
 import signal
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
-from bayes_placement.cli.app import app
-app()
+from bayes_placement.cli._program import run
+run()
 """
 ENDLESS = "import os, time\nopen(__file__ + '.read', 'w').close()\ntime.sleep(100)\n"
 
 
 @pytest.mark.long
-def test_a_process_that_is_stopped_says_one_line(study, tmp_path):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_process_that_is_stopped_says_one_line(study, tmp_path, number):
     study.write_text(ENDLESS)
     command = [sys.executable, "-c", LISTENING, "improve"]
     with subprocess.Popen(
@@ -162,8 +169,8 @@ def test_a_process_that_is_stopped_says_one_line(study, tmp_path):
         text=True,
     ) as process:
         killed.until(lambda: study.with_name("study.py.read").exists())
-        process.send_signal(signal.SIGINT)
+        process.send_signal(number)
         complaint = process.communicate(timeout=30)[1]
-    assert process.returncode == 130
-    assert complaint == f"Stopped. Nothing of this run is in {tmp_path / 'out'} yet.\n"
+    assert process.returncode == 128 + number
+    assert complaint == f"Stopped. Nothing of this run is in {tmp_path / 'out'} yet. {AGAIN}\n"
     assert not (tmp_path / "out").exists()

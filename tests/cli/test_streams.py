@@ -1,0 +1,99 @@
+"""What a terminal shows, and what becomes of a command whose words nobody can read."""
+
+import io
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from bayes_placement.cli import _streams
+from bayes_placement.cli._errors import UNPRINTED
+from tests.cli.studies import EXPERIMENT
+
+ROOT = str(Path(__file__).parents[2])
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("s1\x1b[2J", "s1\\x1b[2J"),
+        ("s1\u202ecba", "s1\\u202ecba"),
+        ("a\0b\udcff", "a\\x00b\\udcff"),
+        ("α²\tµ\n", "α²\tµ\n"),
+    ],
+)
+def test_no_text_steers_a_terminal(text, shown):
+    assert _streams.printable(text) == shown
+
+
+def test_paths_are_shown_as_they_may_be_typed(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    _streams.begin_here()
+    text = f"Results are in {tmp_path}/out/, not in /other{tmp_path}/out/"
+    assert _streams.printable(text) == f"Results are in out/, not in /other{tmp_path}/out/"
+
+
+def test_a_stream_outlasts_its_reader():
+    read, write = os.pipe()
+    stream = _streams.LastingStream(write)
+    os.close(read)
+    text = io.TextIOWrapper(io.BufferedWriter(stream))
+    text.write("lost")
+    text.flush()
+    text.write("lost as well")
+    text.flush()
+    assert isinstance(stream.fault, BrokenPipeError)
+
+
+def begun(folder, *words, **settings):
+    command = [sys.executable, "-m", "bayes_placement", *words]
+    environment = {**os.environ, "PYTHONPATH": ROOT, **settings.pop("env", {})}
+    return subprocess.Popen(
+        command, cwd=folder, env=environment, stderr=subprocess.PIPE, text=True, **settings
+    )
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("full", [False, True])
+def test_a_closed_or_full_output_ends_the_printing_alone(tmp_path, full):
+    (tmp_path / "study.py").write_text(f"{EXPERIMENT}measurement = experiment.nominal_measurement()")
+    read, write = os.pipe()
+    os.close(read)
+    with Path("/dev/full").open("w") as device:
+        process = begun(tmp_path, "show", "study.py", stdout=device if full else write)
+        complaint = process.communicate(timeout=120)[1]
+    os.close(write)
+    assert process.returncode == UNPRINTED
+    assert ("No space left" if full else "Broken pipe") in complaint
+    record = json.loads((tmp_path / "results/study/show-1/run.json").read_text())["show"]
+    assert record["finished"] and record["exit_code"] == 0
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
+def test_a_terminal_without_greek_letters_shows_their_numbers(tmp_path, encoding):
+    (tmp_path / "study.py").write_text(EXPERIMENT.replace('"s1"', '"σ1"'))
+    process = begun(
+        tmp_path, "show", "study.py", stdout=subprocess.PIPE, env={"PYTHONIOENCODING": encoding}
+    )
+    answer, complaint = process.communicate(timeout=120)
+    assert process.returncode == 0, complaint
+    assert "\\u03c31" in answer
+
+
+@pytest.mark.long
+def test_a_folder_that_was_deleted_is_a_sentence(tmp_path):
+    command = f'mkdir gone && cd gone && rmdir ../gone && "{sys.executable}" -m bayes_placement '
+    done = subprocess.run(
+        ["sh", "-c", f"{command} show study.py"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": ROOT},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert done.stderr.startswith("error: The folder in which the command was typed was deleted")
