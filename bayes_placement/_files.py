@@ -8,6 +8,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from ._types import WritingError
 
 try:
@@ -147,3 +149,34 @@ def write_json(path: str | Path, content: Any) -> Path:
     return write_atomically(
         path, lambda temporary: temporary.write_text(f"{text}\n", encoding="utf-8")
     )
+
+
+def write_csv(path: str | Path | None, table: pd.DataFrame, **settings: Any) -> str:
+    """Write a table as CSV in which no text is a formula for spreadsheets; return the text.
+
+    A text that begins as a formula does and is no number begins with an apostrophe.
+
+    Parameters
+    ----------
+    path
+        The file, written as it is; None for the text alone.
+    table
+        The table.
+    **settings
+        Of `DataFrame.to_csv`.
+    """
+    safe = table.map(_no_formula).rename(index=_no_formula, columns=_no_formula)
+    text: str = safe.to_csv(**settings)
+    if path is not None:
+        Path(path).write_text(text, encoding="utf-8", newline="")
+    return text
+
+
+def _no_formula(cell: Any) -> Any:
+    if not isinstance(cell, str) or not cell.startswith(("=", "+", "-", "@")):
+        return cell
+    try:
+        float(cell)
+    except ValueError:
+        return f"'{cell}"
+    return cell

@@ -147,3 +147,10 @@ def test_killed_writers_leave_complete_files(tmp_path):
 @pytest.mark.long
 def test_writers_that_are_killed_often_leave_complete_files(tmp_path):
     killed_writers(tmp_path, 500)
+
+
+def test_no_text_of_a_table_is_a_formula_of_a_spreadsheet(tmp_path):
+    table = pd.DataFrame({"@a": ["=1+1", "-0.5", "+x", "s1"], "b": [-1.0, 2.0, 3.0, 4.0]})
+    text = _files.write_csv(tmp_path / "table.csv", table, index=False)
+    assert text.splitlines() == ["'@a,b", "'=1+1,-1.0", "-0.5,2.0", "'+x,3.0", "s1,4.0"]
+    assert (tmp_path / "table.csv").read_text() == text

@@ -11,7 +11,7 @@ import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
 
-from .._files import write_atomically, write_json
+from .._files import write_atomically, write_csv, write_json
 from .._processes import begun_in_helper
 from ..inference.record import now, versions
 from ..io import netcdf
@@ -89,7 +89,7 @@ class Run:
 
     def table(self, name: str, table: pd.DataFrame, *, index: bool = True) -> None:
         """Write a table as CSV."""
-        self._write(name, lambda path: table.to_csv(path, index=index))
+        self._write(name, lambda path: write_csv(path, table, index=index))
 
     def law(self, name: str, table: pd.DataFrame) -> None:
         """Write a law as measured as a universal file."""

@@ -14,6 +14,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from .._types import InputError
 from ..experiment.experiment import FORCE_LEVEL
 from ._colours import DATA, PAPER
+from ._plain_figure import PlainFigure
 
 PANEL = (6.4, 3.6)
 """Width and height of a panel [inch]."""
@@ -142,7 +143,7 @@ def panels(
     if axes is not None:
         return _panels_of_caller(np.array(axes, dtype=object).ravel(), rows, columns)
     width, height = size[0] * columns, size[1] * sum(heights or [1.0] * rows)
-    figure = Figure(figsize=(min(width, LARGEST), min(height, LARGEST)), layout="constrained")
+    figure = PlainFigure(figsize=(min(width, LARGEST), min(height, LARGEST)), layout="constrained")
     settings: dict[str, Any] = {"subplot_kw": {"projection": projection}}
     grid = figure.subplots(rows, columns, squeeze=False, height_ratios=heights, **settings)
     return Panels(figure, grid, is_new=True)
@@ -199,7 +200,7 @@ def maps_and_bars(
     size = (all_maps + PANEL[0], height)
     # Names of axes in space stand out of their panels.
     layout = ConstrainedLayoutEngine(wspace=0.1 if projection else 0.02)
-    figure = Figure(figsize=size, layout=layout)
+    figure = PlainFigure(figsize=size, layout=layout)
     grid = figure.add_gridspec(
         rows, columns + 1, width_ratios=[all_maps / columns] * columns + [PANEL[0]]
     )

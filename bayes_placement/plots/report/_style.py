@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from .._colours import FLOOR, INK
+from .._plain_figure import PlainFigure
 from ._svg import svg_of
 from .content import Drawing, Table
 
@@ -54,7 +55,7 @@ def panels(rows: int, columns: int, height: float, **settings: Any) -> tuple[Fig
     Each has a height [inch], less where a page is too low for all of them.
     """
     size = WIDTH, min(HIGHEST, max(1.4, height * rows))
-    figure = Figure(figsize=size, layout="constrained")
+    figure = PlainFigure(figsize=size, layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False, **settings)
     return figure, axes
 

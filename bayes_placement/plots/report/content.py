@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import pandas as pd
 
+from ..._files import write_csv
 from ..._types import InputError
 from ._svg import checked_svg
 
@@ -55,8 +56,8 @@ class Table(NamedTuple):
     def csv(self) -> str:
         """Comma-separated values with a heading."""
         frame = pd.DataFrame([list(row) for row in self.rows], columns=list(self.columns))
-        text: str = frame.to_csv(index=False, float_format=f"%.{DIGITS}g", lineterminator="\n")
-        return text
+        digits = f"%.{DIGITS}g"
+        return write_csv(None, frame, index=False, float_format=digits, lineterminator="\n")
 
 
 class Text(NamedTuple):

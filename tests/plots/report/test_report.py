@@ -58,6 +58,7 @@ def check_page(path):
     digest = base64.b64encode(hashlib.sha256(programs[0].text.encode()).digest()).decode()
     policy = next(m.get("content") for m in tree.iter("meta") if m.get("http-equiv"))
     assert policy.startswith("default-src 'none'")
+    assert policy.endswith("base-uri 'none'; form-action 'none'")  # which default-src leaves open
     assert f"script-src 'sha256-{digest}'" in policy
     return tree
 
