@@ -10,6 +10,7 @@ from ..._files import write_json
 from ...effects.effect import Effect
 from ...experiment.experiment import Experiment
 from ._effects import FIELD, stated_effects
+from ._inside import measured_files, model_files
 
 CASE, MODEL = "case.json", "nominal_fe_model"
 
@@ -17,7 +18,7 @@ CASE, MODEL = "case.json", "nominal_fe_model"
 def write_completed(
     folder: Path, case: Path, experiment: Experiment, effects: Sequence[Effect]
 ) -> Path:
-    """Copy a case with the finite element model that it names, and add effects.
+    """Copy the files of a case and of the finite element model that it names, and add effects.
 
     `case.json` comes last, so that a folder that has it is complete.
 
@@ -40,10 +41,11 @@ def write_completed(
     content: dict[str, Any] = json.loads((case / CASE).read_text(encoding="utf-8-sig"))
     content[FIELD] = [*(content.get(FIELD) or []), *stated_effects(experiment, effects)]
     folder.mkdir(parents=True)
-    for file in sorted(case.iterdir()):
-        if file.is_file() and file.name != CASE:
-            shutil.copyfile(file, folder / file.name)
+    for file in measured_files(case, content):
+        shutil.copyfile(file, folder / file.name)
     if content.get(MODEL) is not None:
-        shutil.copytree(case.resolve() / content[MODEL], folder / MODEL)
+        (folder / MODEL).mkdir()
+        for file in model_files(case.resolve() / content[MODEL]):
+            shutil.copyfile(file, folder / MODEL / file.name)
         content[MODEL] = MODEL
     return write_json(folder / CASE, content)

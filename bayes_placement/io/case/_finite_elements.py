@@ -17,6 +17,7 @@ from ...modes.finite_elements.nodal_modes import NodalModes
 from ...modes.finite_elements.soft_supports import SupportMotion
 from ...positions.tolerances import Box, Member, Tolerance
 from .. import matrix_files, npz_modes
+from ._inside import inside
 from ._json_fields import CaseError, FieldRule, JsonObject, choice, load, numbers, positive
 
 _BAND_FACTOR = 5
@@ -59,7 +60,7 @@ class FiniteElementStructure:
         self.fields = case.object("structure")
         self.kind = _MODEL_KINDS[self.fields.value("type", choice(*_MODEL_KINDS))]
         self.folder = _model_folder(case)
-        self.nodes = npz_modes.read_nodes(self.folder / "nominal.npz")
+        self.nodes = npz_modes.read_nodes(inside(self.folder, "nominal.npz"))
         self.pieces = self.kind.pieces(self.fields)
         self._check_structure()
 
@@ -102,7 +103,9 @@ class FiniteElementStructure:
         """
         try:
             system = matrix_files.read(
-                self.folder / "K.npz", self.folder / "M.npz", regions=self._region_files()
+                inside(self.folder, "K.npz"),
+                inside(self.folder, "M.npz"),
+                regions=self._region_files(),
             )
             return Matrices(
                 stiffness=system.stiffness,
@@ -135,9 +138,10 @@ class FiniteElementStructure:
         return order[np.minimum(place, len(order) - 1)]
 
     def _region_files(self) -> dict[str, Path]:
-        model = load(self.folder / "model.json")
+        model = load(inside(self.folder, "model.json"))
         names = model.value("regions", _REGIONS) if model.has("regions") else []
-        files = {name: self.folder / f"K_region_{n:02d}.npz" for n, name in enumerate(names)}
+        numbered = [inside(self.folder, f"K_region_{n:02d}.npz") for n in range(len(names))]
+        files = dict(zip(names, numbered, strict=True))
         for name, file in files.items():
             if not file.is_file():
                 raise CaseError(
@@ -171,7 +175,7 @@ class FiniteElementStructure:
 
     def _check_structure(self) -> None:
         """Refuse a model of another structure than the case describes."""
-        modelled = load(self.folder / "model.json").object("structure")
+        modelled = load(inside(self.folder, "model.json")).object("structure")
         for name, value in modelled.content.items():
             if name in self.fields.content and self.fields.content[name] != value:
                 raise CaseError(

@@ -9,6 +9,7 @@ import numpy as np
 from ...experiment.measured_lines import LINE_TOLERANCE
 from ...experiment.measurement import Measurement
 from ...experiment.noise import Noise
+from ._inside import inside
 from ._json_fields import CaseError
 from ._measurement import MeasurementSettings, read_run
 from ._noise import noise_by_data
@@ -94,7 +95,7 @@ def _of_state(
 
 def _read(folder: Path, settings: MeasurementSettings, names: Sequence[str], reason: str) -> Runs:
     for name in names:
-        if not (folder / name).is_file():
+        if not inside(folder, name).is_file():
             raise FileNotFoundError(
                 f"There is no file {folder / name}, and {reason}. Put the file there, or correct "
                 "that field."

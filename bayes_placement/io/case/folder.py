@@ -11,6 +11,7 @@ from ...positions.channel import Channel
 from .._gate import path_of, reading
 from ..model import Study
 from ._effects import NAME, with_effects
+from ._inside import inside
 from ._json_fields import JsonObject, check_distinct, choice, integer, load
 from ._known_fields import check_known
 from ._line import NominalStructure, nominal_structure, structure
@@ -82,7 +83,7 @@ def read(folder: str | Path) -> Study:
     --------
     >>> study = bp.io.case.read("case")  # doctest: +SKIP
     """
-    file = path_of(folder) / "case.json"
+    file = inside(path_of(folder), "case.json")
     with reading(file, "a case", "Compare it with README, and correct the field."):
         return _study(load(file), Path(folder))
 

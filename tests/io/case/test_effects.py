@@ -43,10 +43,13 @@ def test_a_case_with_effects_is_the_one_without_and_default_candidates(folder):
 
 def test_a_completed_case_is_complete_and_read_back(tmp_path, folder):
     path = written(folder("given"))
+    (path / "secret.txt").write_text("not of the case")
     incomplete = case.read(path)
     added = bp.effects.library(incomplete.experiment, ["point_mass", "channel_delay"]).effects
     (mass,), delay = added[:1], added[-1]
     write_completed(tmp_path / "sub" / "completed", path, incomplete.experiment, [mass, delay])
+    names = {file.name for file in (tmp_path / "sub" / "completed").iterdir()}
+    assert names == {"case.json", "measured.uff"}
     completed = case.read(tmp_path / "sub" / "completed")
     assert eqx.tree_equal(completed.experiment, incomplete.experiment + mass + delay)
     assert (completed.measurement.frf == incomplete.measurement.frf).all()

@@ -178,5 +178,13 @@ def test_a_model_elsewhere_is_not_opened(folder, path):
         case.read(folder)
 
 
+def test_a_link_that_leads_out_of_a_model_is_refused(folder):
+    stiffness = folder.parent / "models" / "plate" / "K.npz"
+    stiffness.rename(folder / "K.npz")
+    stiffness.symlink_to(folder / "K.npz")
+    with pytest.raises(case.CaseError, match=r"K.npz is a link to .*, which is outside"):
+        case.read(folder)
+
+
 def test_a_model_beside_the_folder_of_the_cases_is_opened(shared_data):
     assert case.read(shared_data / "imperfect" / "54_portal").experiment.force_levels is None
