@@ -73,7 +73,8 @@ def lasting_streams() -> LastingStream | None:
 def _lasting(name: str) -> LastingStream | None:
     stream = getattr(sys, name)
     if stream is None:  # or its number would become that of a file of results
-        setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))
+        nowhere = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115  open to the end
+        setattr(sys, name, nowhere)
         return None
     stream.flush()
     raw = LastingStream(stream.fileno())

@@ -62,7 +62,7 @@ def look_alike(name: str, others: list[str]) -> str:
     alike = [other for other in others if _plain(other) == _plain(name) and other != name]
     if not alike:
         return ""
-    return f" {ascii(alike[0])} differs from {ascii(name)} in case or in the form of letters alone."
+    return f" {alike[0]!a} differs from {name!a} in case or in the form of letters alone."
 
 
 def _plain(name: str) -> str:

@@ -44,8 +44,12 @@ MISBEHAVIOURS = (
     Misbehaviour("import jax; jax.config.update('jax_enable_x64', False)", 3, "jax_enable_x64"),
     Misbehaviour("import jax; jax.config.update('jax_debug_nans', True)", 3, "jax_debug_nans"),
     Misbehaviour("import numpyro; numpyro.enable_x64(False)", 3, "jax_enable_x64"),
-    Misbehaviour("import threading as t; t.Thread(target=t.Event().wait).start()", 0, "thread", True),
-    Misbehaviour("import threading as t; t.Timer(0, __import__('os').chdir, '/').start()", 0, "", True),
+    Misbehaviour(
+        "import threading as t; t.Thread(target=t.Event().wait).start()", 0, "thread", True
+    ),
+    Misbehaviour(
+        "import threading as t; t.Timer(0, __import__('os').chdir, '/').start()", 0, "", True
+    ),
 )
 
 

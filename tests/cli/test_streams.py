@@ -59,7 +59,8 @@ def begun(folder, *words, **settings):
 @pytest.mark.long
 @pytest.mark.parametrize("full", [False, True])
 def test_a_closed_or_full_output_ends_the_printing_alone(tmp_path, full):
-    (tmp_path / "study.py").write_text(f"{EXPERIMENT}measurement = experiment.nominal_measurement()")
+    study = f"{EXPERIMENT}measurement = experiment.nominal_measurement()"
+    (tmp_path / "study.py").write_text(study)
     read, write = os.pipe()
     os.close(read)
     with Path("/dev/full").open("w") as device:
@@ -75,7 +76,9 @@ def test_a_closed_or_full_output_ends_the_printing_alone(tmp_path, full):
 @pytest.mark.long
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
 def test_a_terminal_without_greek_letters_shows_their_numbers(tmp_path, encoding):
-    (tmp_path / "study.py").write_text(EXPERIMENT.replace('"s1"', '"σ1"'))
+    (tmp_path / "study.py").write_text(
+        EXPERIMENT.replace('"s1"', '"\N{GREEK SMALL LETTER SIGMA}1"')
+    )
     process = begun(
         tmp_path, "show", "study.py", stdout=subprocess.PIPE, env={"PYTHONIOENCODING": encoding}
     )

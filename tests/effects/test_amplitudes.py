@@ -363,4 +363,4 @@ def test_no_search_puts_two_of_them_on_a_structure(monkeypatch):
         candidates=candidates,
     )
     pairs = inspect.unwrap(_search._pairs)(comparison, [alone], 5)  # types of stand-ins differ
-    assert [effect.name for _, effect in pairs] == ["point_mass"]
+    assert [effect.name for group in pairs for _, effect in group] == ["point_mass"]

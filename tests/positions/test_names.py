@@ -35,7 +35,7 @@ def test_a_channel_that_differs_in_case_or_form_alone_is_hinted_at():
         [[[1j]], [[2j]]], [1.0], sensors=["S1", "e\u0301"], actuators=["a1"], quantity="mobility"
     )
     for asked, measured_name in (("s1", "'S1'"), ("é", r"'e\u0301'")):
-        words = f"{measured_name} differs from {ascii(asked)} in case"
+        words = f"{measured_name} differs from {asked!a} in case"
         with pytest.raises(InputError, match=re.escape(words)):
             measured.channels([asked], ["a1"])
 

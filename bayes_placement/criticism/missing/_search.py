@@ -113,13 +113,13 @@ def _pairs(comparison: Comparison, branches: Sequence[Hypothesis], most: int) ->
     pairs: list[list[Pair]] = []
     for branch in branches:
         variants: dict[str, list[Pair]] = {}
-        for _, effect, problem, *_ in _by_promise(branch, null, comparison.candidates):
-            kind = kind_of(effect)
+        for candidate in _by_promise(branch, null, comparison.candidates):
+            effect, kind = candidate.effect, kind_of(candidate.effect)
             extension = tuple(sorted((*branch.kinds, kind)))
             is_further = len(set(variants) - set(branch.kinds)) < most and extension not in tried
             if effect.tried_last or not (kind in variants or is_further):
                 continue
-            if may_be_added(effect, problem, branch, best):
+            if may_be_added(effect, candidate.problem, branch, best):
                 tried.add(extension)
                 variants.setdefault(kind, []).append((branch, effect))
         pairs += (of_kind[:VARIANTS] for of_kind in variants.values())

@@ -40,7 +40,7 @@ def candidates():
 @pytest.mark.parametrize("acts_on", candidates())
 def test_an_entry_says_where_and_by_which_law(null, acts_on):
     effect = candidates()[acts_on]
-    (fitted,) = extended([(null, effect)], lambda: None)
+    (fitted,) = extended([[(null, effect)]], lambda: None)
     entry = _entry(fitted.effects[0], fitted, estimates(fitted, None), 0.5, 0.8)
     assert json.loads(json.dumps(entry)) == entry
     assert (entry["acts_on"], entry["probability"]) == (acts_on, 0.4)

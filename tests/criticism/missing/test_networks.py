@@ -164,8 +164,8 @@ def test_beside_a_second_effect_a_network_gives_way_to_a_part_of_it():
     law = Mass(size) | (Dashpot(dist.LogUniform(1.0, 1e4)) - Mass(size))
     null = null_hypothesis(setup, data)
     singles = single_effects(null, chosen, lambda: None)
-    (first,) = extended([(null, bp.effects.attached(mass.at, law))], lambda: None)
-    (both,) = extended([(first, mass)], lambda: None)
+    (first,) = extended([[(null, bp.effects.attached(mass.at, law))]], lambda: None)
+    (both,) = extended([[(first, mass)]], lambda: None)
     with_network = singles.with_hypotheses([both], {first.kinds[0]: -3.0})
     assert with_network.best().kinds == both.kinds
     simpler = with_other_laws(with_network, lambda: None)
