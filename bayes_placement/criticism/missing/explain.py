@@ -7,6 +7,7 @@ from threadpoolctl import threadpool_limits
 from ..._processes import tidied_seldom
 from ..._types import Progress, arguments_checked, no_progress
 from ...effects.library import Library
+from ...experiment.data_checks.signal import check_signal
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal
 from ...inference.chi2 import LEVEL
@@ -81,6 +82,7 @@ def explain(
     'point_mass'
     """
     check_experiment(experiment, "explain")
+    check_signal(experiment, measurement)
     data = experiment.data(measurement)
     tried = candidates_of(experiment, candidates)
     question = Question.of(experiment, data, tried, model_error, level=LEVEL)

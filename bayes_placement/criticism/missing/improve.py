@@ -20,6 +20,7 @@ from ..._types import (
     no_progress,
 )
 from ...effects.library import Library, kind_of
+from ...experiment.data_checks.signal import check_signal
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal
 from ...inference.chi2 import LEVEL
@@ -176,6 +177,7 @@ class _Search(NamedTuple):
         What was claimed in a state in between is a candidate too.
         """
         began = time.perf_counter()
+        check_signal(self.experiment, measurement)
         question = Question.of(
             self.experiment,
             self.experiment.data(measurement),

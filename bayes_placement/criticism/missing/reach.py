@@ -4,6 +4,7 @@ from threadpoolctl import threadpool_limits
 
 from ..._processes import tidied_seldom
 from ..._types import InputError, Progress, arguments_checked, no_progress
+from ...experiment.data_checks.signal import check_signal
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal
 from ...experiment.noise import Data
@@ -74,6 +75,7 @@ def reach(
     displacement at 4
     """
     check_experiment(experiment, "reach")
+    check_signal(experiment, measurement)
     data = experiment.data(measurement)
     if baseline is None:
         known = null = null_hypothesis(experiment.with_errors(None), data)
