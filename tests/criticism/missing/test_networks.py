@@ -12,7 +12,7 @@ from bayes_placement.criticism.missing._fitted_candidates import extended
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.criticism.missing._networks import (
     LISTED,
-    _is_one_of,
+    _network,
     priors_of_networks,
     with_networks,
     with_other_laws,
@@ -139,8 +139,9 @@ def test_a_network_of_another_search_has_its_prior_here():
 
 def test_a_network_of_the_library_is_told_as_its_effect():
     listed = [*LISTED.values()]
-    assert _is_one_of(listed, named(Port("displacement", None), "m", 100.0))
-    assert not _is_one_of(listed, named(Port("rotation", None), "m", 100.0))
+    for acts_on in ("displacement", "rotation"):
+        assert _network(named(Port(acts_on, None), "m", 100.0)) in listed
+    assert _network(named(Port("rotation", None), "c", 100.0)) not in listed
 
 
 @pytest.mark.long
