@@ -47,11 +47,11 @@ def _positions(
     return positions
 
 
-def _check_global(dataset: Dataset, node: int, definition: float, displacement: float) -> None:
+def _check_global(dataset: Dataset, node: int, definition: int, displacement: int) -> None:
     for system in (definition, displacement):
         if system not in _GLOBAL_SYSTEMS:
             raise MeasurementFileError(
-                f"{dataset.place} gives node {node} in the local coordinate system {system:g}; the "
+                f"{dataset.place} gives node {node} in the local coordinate system {system}; the "
                 "global Cartesian one (0 or 1) is needed, since directions and coordinates of all "
                 "nodes are compared. Export the geometry in global coordinates."
             )
