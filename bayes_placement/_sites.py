@@ -268,6 +268,17 @@ def unknowns(tree: Any) -> list[Unknown]:
     return [_unknown(of, leaf) for of, leaf in described_leaves if _is_sampled(of, leaf)]
 
 
+def check_numbers(tree: Any, attribute: str) -> None:
+    """Refuse, by an InputError, to compute an attribute of what holds distributions."""
+    names = ", ".join(unknown.name for unknown in unknowns(tree))
+    if names:
+        raise InputError(
+            f"{attribute} of {type(tree).__name__} was asked for, and a distribution stands for "
+            f"{names}; numbers are needed, since each value gives another one. Take "
+            f"experiment.nominal().structure.modes.{attribute}, or write numbers."
+        )
+
+
 def leaves_with_unit(tree: Any) -> list[Leaf]:
     """List numbers and distributions of a tree whose fields have a unit, with their paths."""
     leaves, structure = _flattened(tree)

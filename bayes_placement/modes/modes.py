@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 from numpyro.distributions import Uniform
 
+from .._sites import check_numbers
 from ..positions.bounds import Bounds
 from ..positions.reprs import with_short_repr
 
@@ -104,4 +105,5 @@ class Modes(eqx.Module):
     @property
     def natural_frequency(self) -> Float[Array, "mode"]:
         """Natural frequencies [Hz]."""
+        check_numbers(self, "natural_frequency")
         return self.angular_frequency() / (2 * jnp.pi)

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..._ranges import POSITIVE
-from ..._sites import is_open, is_unknown, unit
+from ..._sites import check_numbers, is_open, is_unknown, unit
 from ..._types import InputError, Parameter, arguments_checked, check_count, finite_number
 from ..modes import AxisShapes, Coordinates
 from ..scalars import check_scalar
@@ -34,10 +34,12 @@ class UniformBar(UniformLine):
     @property
     def stiffness(self) -> Parameter:
         """Axial stiffness E A [N]."""
+        check_numbers(self, "stiffness")
         return self.youngs_modulus * self.area
 
     def angular_frequency(self) -> Float[Array, "mode"]:
         """Natural angular frequencies k sqrt(E / rho) / L [rad/s]."""
+        check_numbers(self, "angular_frequency()")
         speed = jnp.sqrt(self.youngs_modulus / self.density)
         return jnp.array(self.wave_numbers) * speed / self.length
 
@@ -71,12 +73,14 @@ class UniformBeam(UniformLine):
     @property
     def stiffness(self) -> Parameter:
         """Bending stiffness E I [N m2]."""
+        check_numbers(self, "stiffness")
         if self.second_moment is None:
             return self.youngs_modulus * self.area * self._radius() ** 2
         return self.youngs_modulus * self.second_moment
 
     def angular_frequency(self) -> Float[Array, "mode"]:
         """Natural angular frequencies b^2 sqrt(E I / (rho A)) / L^2 [rad/s]."""
+        check_numbers(self, "angular_frequency()")
         speed = jnp.sqrt(self.youngs_modulus / self.density)
         return jnp.array(self.wave_numbers) ** 2 * speed * self._radius() / self.length**2
 

@@ -365,3 +365,18 @@ def test_what_cannot_be_a_beam_is_refused(make, quantities, changes, message):
 def test_a_bar_has_no_guided_end():
     with pytest.raises(ValueError, match=r"guided end, but a bar moves along its axis only"):
         beams.bar(3, **BAR, ends="guided-free")
+
+
+@pytest.mark.parametrize("attribute", ["natural_frequency", "stiffness", "angular_frequency"])
+def test_what_depends_on_a_prior_is_refused_with_its_name(attribute):
+    line = beams.beam(
+        3,
+        length=1.0,
+        area=1e-4,
+        second_moment=1e-9,
+        youngs_modulus=dist.Uniform(6e10, 8e10),
+        density=2700.0,
+    )
+    sentence = rf"{attribute}.* of UniformBeam was .* a distribution stands for youngs_modulus"
+    with pytest.raises(ValueError, match=sentence):
+        getattr(line, attribute)()
