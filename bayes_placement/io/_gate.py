@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from .._types import InputError, MissingExtraError, check_kind
+from ._limits import check_limit
 
 
 class FileWarning(UserWarning):
@@ -18,10 +19,6 @@ class FileWarning(UserWarning):
 
 LARGEST = 1e30
 """Greatest number that is read: no quantity in SI is as large, and its square must be finite."""
-
-MOST_BYTES = 8 << 30
-"""Largest file that is read into memory [bytes]."""
-
 
 _FILES_READ: ContextVar[list[Path] | None] = ContextVar("_FILES_READ", default=None)
 
@@ -111,12 +108,10 @@ def existing(path: Path, contents: str) -> Path:
         raise FileNotFoundError(
             f"There is no file {path}; {contents} is needed. Check the folder: Path(...).resolve()."
         )
-    size = path.stat().st_size
-    if size > MOST_BYTES:
-        raise InputError(
-            f"{path} has {size} bytes; at most {MOST_BYTES} are read, since the file is held in "
-            "memory. Export fewer lines, modes or channels."
-        )
+    try:
+        check_limit("bytes", path.stat().st_size)
+    except InputError as error:
+        raise type(error)(f"{path}: {error}") from error
     return path
 
 
@@ -156,5 +151,8 @@ def _unreadable(path: Path, contents: str, remedy: str, error: Exception) -> Inp
 
 
 def is_number(value: Any) -> bool:
-    """Whether a value of a file of JSON or TOML is a finite number."""
-    return isinstance(value, int | float) and type(value) is not bool and math.isfinite(value)
+    """Whether a value of a file of JSON or TOML is a finite number, as large as a float may be."""
+    try:
+        return isinstance(value, int | float) and type(value) is not bool and math.isfinite(value)
+    except OverflowError:
+        return False

@@ -13,7 +13,7 @@ import scipy.sparse
 from jaxtyping import Float
 
 from .._types import InputError
-from ._gate import MOST_BYTES
+from ._limits import most
 from ._sparse_archive import MOST_ROWS
 
 _LONGEST_HEAD = 100_000  # bytes of comments before the sizes
@@ -52,9 +52,9 @@ def _content(path: Path) -> bytes:
     if path.suffix != ".gz":
         return path.read_bytes()
     with gzip.open(path) as file:
-        content = file.read(MOST_BYTES + 1)
-    if len(content) > MOST_BYTES:
-        raise _refused(path, f"it unpacks to more than {MOST_BYTES} bytes")
+        content = file.read(most("bytes") + 1)
+    if len(content) > most("bytes"):
+        raise _refused(path, f"it unpacks to more than {most('bytes')} bytes")
     return content
 
 

@@ -9,6 +9,7 @@ from numpy.lib import format as npy
 
 from .._types import InputError
 from ._gate import existing
+from ._limits import check_limit
 
 _PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _ENCRYPTED, _PATCHED, _STRONG = 0x1, 0x20, 0x40
@@ -72,6 +73,7 @@ class NpzArchive:
             reason = _fault(member)
             if reason:
                 raise self._refused(f"its member {member.filename!r} {reason}")
+        check_limit("unpacked bytes of a NumPy archive", sum(m.file_size for m in members))
         names = [member.filename for member in members]
         if len(set(names)) < len(names):
             raise self._refused("one of its members occurs twice, and either could be meant")

@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
@@ -35,7 +35,7 @@ COMMANDS = (
     "update --engine importance --report",
     "explain --effects point_mass --report",
     "improve --effects point_mass --report",
-    "place --places 2 --lines 2 --report",
+    "place --sensors 1 --places 4 --lines 2 --report",
 )
 NAMES = st.text(min_size=1, max_size=12) | st.text("$_^\\{}%&<>'\"=+-@ax1 #~", min_size=1)
 
@@ -63,7 +63,13 @@ def check(out, names):
 @pytest.mark.long
 @pytest.mark.longest
 @given(st.lists(NAMES, min_size=10, max_size=10, unique=True))
-@settings(max_examples=20, deadline=None, suppress_health_check=[*HealthCheck], derandomize=True)
+@settings(
+    max_examples=20,
+    phases=[Phase.generate],
+    deadline=None,
+    suppress_health_check=[*HealthCheck],
+    derandomize=True,
+)
 def test_any_name_is_refused_at_once_or_carried_to_every_file(names):
     accepted = [name for name in names if not is_refused(name)] or ["s1"]
     with tempfile.TemporaryDirectory() as folder:

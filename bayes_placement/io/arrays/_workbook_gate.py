@@ -5,11 +5,13 @@ import zipfile
 from pathlib import Path
 
 from ..._types import InputError
+from .._limits import check_limit
 
 _PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _ENCRYPTED, _PATCHED, _STRONG = 0x1, 0x20, 0x40
 _GREATEST_RATIO = 1100  # deflate packs 1032 bytes into one at most
-_MOST_BYTES = 512 << 20
+_ENCODING = re.compile(rb"<\?xml[^>]*encoding\s*=\s*[\"']([^\"']*)")
+_ENCODINGS = (b"utf-8", b"utf-16", b"us-ascii")
 _ENTITIES = re.compile(rb"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
 
 
@@ -29,12 +31,20 @@ def check(path: Path) -> None:
         if len(set(names)) < len(names):
             raise InputError("one of its members occurs twice, and either could be meant")
         total = sum(member.file_size for member in members)
-        if total > _MOST_BYTES:
-            raise InputError(f"it unpacks to {total} bytes, and at most {_MOST_BYTES} are read")
+        check_limit("unpacked bytes of a workbook", total)
         for member in members:
             _check_member(member)
-            if _ENTITIES.search(archive.read(member)):
-                raise InputError(f"its member {member.filename!r} defines entities")
+            _check_text(member.filename, archive.read(member))
+
+
+def _check_text(name: str, content: bytes) -> None:
+    """Refuse entities, and encodings in which they would not be seen."""
+    plain = content.replace(b"\0", b"")  # of UTF-16
+    if _ENTITIES.search(plain):
+        raise InputError(f"its member {name!r} defines entities")
+    encoding = _ENCODING.search(plain)
+    if encoding and encoding[1].lower() not in _ENCODINGS:
+        raise InputError(f"its member {name!r} is not encoded in UTF-8 or UTF-16")
 
 
 def _check_member(member: zipfile.ZipInfo) -> None:

@@ -15,9 +15,9 @@ from ...experiment._measurement_words import counted
 from .._contents import decoded
 from .._frf_units import is_unit
 from .._gate import existing, reading
+from .._limits import check_limit, most
 from .named_arrays import NamedArrays
 
-_MOST_BYTES = 512 << 20
 FORM = "columns of text"
 """What the files are, for messages."""
 
@@ -174,9 +174,7 @@ def text_of(path: Path) -> str:
     InputError
         If it is too large, or no text.
     """
-    size = existing(path, "a text file").stat().st_size
-    if size > _MOST_BYTES:
-        raise InputError(f"it has {size} bytes, and at most {_MOST_BYTES} are read as text")
+    check_limit("bytes of text", existing(path, "a text file").stat().st_size)
     text = decoded(path.read_bytes())
     if "\0" in text:
         raise InputError("it holds bytes that are no text")
@@ -189,8 +187,16 @@ def _split_rows(lines: list[str]) -> tuple[list[list[str]], str]:
     if not plain:
         raise InputError("it has no row")
     separator = _separator(plain)
+    _check_cells(plain, separator)
     rows = [_split(line, separator) for line in plain]
     return rows, decimal_point(rows) if separator in ("\t", ";") else "."
+
+
+def _check_cells(lines: list[str], separator: str) -> None:
+    """Count cells before each becomes a text, which takes a hundred bytes."""
+    if sum(map(len, lines)) > most("cells of text"):
+        cell = re.compile(re.escape(separator) or r"\S+")
+        check_limit("cells of text", sum(1 for line in lines for _ in cell.finditer(line)))
 
 
 def _width(rows: list[list[str]]) -> int:
@@ -231,7 +237,13 @@ def _separator(lines: list[str]) -> str:
 def _split(line: str, separator: str) -> list[str]:
     if not separator:
         return line.split()
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+    except csv.Error as error:
+        raise InputError(
+            f"one of its cells has more than {csv.field_size_limit()} letters, and a cell is a "
+            "number or a name"
+        ) from error
 
 
 def _commented(lines: list[str]) -> list[list[str]]:

@@ -8,13 +8,13 @@ from typing import Any
 
 from ..._types import InputError
 from .._gate import existing, reading
+from .._limits import check_limit
 from . import _workbook_gate
 from .named_arrays import NamedArrays
 from .text import is_number, of_rows
 
 FORM = "a workbook"
 _REMEDY = "Save it again as .xlsx, with numbers and texts only."
-_MOST_CELLS, _MOST_ROWS = 20_000_000, 1_048_576
 
 
 def load(path: Path) -> NamedArrays:
@@ -86,10 +86,8 @@ def _rows(sheet: Any) -> list[list[str]]:
     for number, row in enumerate(sheet.iter_rows(values_only=True), start=1):
         cells = [_cell(value) for value in row]
         count += len(cells)
-        if count > _MOST_CELLS or number > _MOST_ROWS:
-            raise InputError(
-                f"the sheet {sheet.title!r} has more than {_MOST_CELLS} cells or {_MOST_ROWS} rows"
-            )
+        check_limit("cells of a workbook", count)
+        check_limit("rows of a workbook", number)
         if any(cells):
             rows.append(cells)
     width = max((_width(row) for row in rows), default=0)

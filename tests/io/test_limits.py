@@ -1,0 +1,99 @@
+"""Small files that ask for much are refused before they get it, and what is allowed is stated."""
+
+import zipfile
+
+import numpy as np
+import pytest
+
+import bayes_placement as bp
+from bayes_placement._types import InputError, UsageError
+from bayes_placement.io import _limits, arrays
+from bayes_placement.io.arrays import workbook
+from bayes_placement.io.case._json_fields import load
+from bayes_placement.io.mapped import _toml_fields
+
+
+def zeros(path, count):
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("frf.npy", b"\0" * count)
+
+
+def test_an_archive_of_zeros_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setitem(_limits.LIMITS, "unpacked bytes of a NumPy archive", 10_000)
+    zeros(tmp_path / "a.npz", 20_000)
+    words = r"it has 20000 unpacked bytes of a NumPy archive or more; at most 10000 are read"
+    with pytest.raises(InputError, match=words):
+        arrays.load(tmp_path / "a.npz")
+    monkeypatch.setenv(_limits.VARIABLE, "2")
+    with pytest.raises(InputError, match="array frf"):  # which holds no array
+        arrays.load(tmp_path / "a.npz")
+    monkeypatch.setenv(_limits.VARIABLE, "many")
+    with pytest.raises(UsageError, match="=many stands in the environment; a whole number"):
+        arrays.load(tmp_path / "a.npz")
+
+
+@pytest.mark.parametrize("separator", [",", " "])
+def test_cells_are_counted_before_they_are_made(tmp_path, monkeypatch, separator):
+    monkeypatch.setitem(_limits.LIMITS, "cells of text", 10)
+    (tmp_path / "a.csv").write_text(separator.join(["1"] * 100))
+    with pytest.raises(InputError, match=r"it has (99|100) cells of text or more; at most 10"):
+        arrays.load(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize("what", ["rows", "cells"])
+def test_rows_and_cells_of_a_workbook_are_counted(tmp_path, monkeypatch, what):
+    import openpyxl
+
+    book = openpyxl.Workbook()
+    for _ in range(20):
+        book.active.append([1.0, 2.0])
+    book.save(tmp_path / "a.xlsx")
+    monkeypatch.setitem(_limits.LIMITS, f"{what} of a workbook", 10)
+    with pytest.raises(InputError, match=rf"it has 1[12] {what} of a workbook or more"):
+        arrays.load(tmp_path / "a.xlsx")
+
+
+ENTITY = '<?xml version="1.0" encoding="{}"?><!DOCTYPE a [<!ENTITY b "c">]><a>&b;</a>'
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "cp500"])
+def test_entities_are_seen_in_any_encoding(tmp_path, encoding):
+    path, text = tmp_path / "a.xlsx", ENTITY.format(encoding)
+    if encoding == "cp500":  # letters of which ASCII sees none behind the declaration
+        head = f'<?xml version="1.0" encoding="{encoding}"?>'
+        content = head.encode() + text.removeprefix(head).encode(encoding)
+    else:
+        content = text.encode(encoding)
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("xl/workbook.xml", content)
+    with pytest.raises(InputError, match=r"defines entities|is not encoded in UTF-8"):
+        workbook.read_sheets(path)
+
+
+def test_a_long_cell_is_a_sentence(tmp_path):
+    (tmp_path / "a.csv").write_text(f"f,H\n1,{'x' * 200_000}\n2,3\n")
+    with pytest.raises(InputError, match="one of its cells has more than 131072 letters"):
+        arrays.load(tmp_path / "a.csv")
+
+
+def test_an_integer_of_many_digits_is_no_number(tmp_path):
+    (tmp_path / "case.json").write_text(f'{{"length_m": 1{"0" * 400}}}')
+    (tmp_path / "a.toml").write_text(f"length = 1{'0' * 400}\n")
+    from bayes_placement.io.case._json_fields import positive
+
+    with pytest.raises(InputError, match=r"the field length_m is 1000.*; a positive number"):
+        load(tmp_path / "case.json").value("length_m", positive("m", 1.0))
+    with pytest.raises(InputError, match=r"length is 1000.*; a finite number is needed"):
+        _toml_fields.load(tmp_path / "a.toml").number("length", "1.0")
+
+
+def test_a_hundred_thousand_channels_are_read_in_a_moment(tmp_path):
+    names = [f"s{number}" for number in range(100_000)]
+    measured = bp.Measurement.from_arrays(
+        np.ones((len(names), 1, 1)) * 1j,
+        [1.0],
+        sensors=names,
+        actuators=["a1"],
+        quantity="mobility",
+    )
+    assert len(measured.sensors) == len(names)
