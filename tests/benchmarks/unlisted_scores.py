@@ -124,8 +124,9 @@ def is_near(entry: Claim, places: Sequence[Sequence[float]], size: float) -> boo
 
 
 def is_close(found: Sequence[float], interval, place: Sequence[float], size: float) -> bool:
-    if len(found) != len(place):
+    if len(found) < len(place):
         return False
+    place = [*place, *np.zeros(len(found) - len(place))]  # a plate lies in the plane z = 0
     if np.linalg.norm(np.subtract(found, place)) <= NEAR * size:
         return True
     return interval is not None and all(
