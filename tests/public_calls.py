@@ -1613,7 +1613,10 @@ def calls_of_files():
         ),
         "io.mesh.read": Call(
             bp.io.mesh.read,
-            {"path": path(str(files / "part.vtk"), **position), "length_unit": positive(1.0)},
+            {
+                "path": path(str(files / "part.vtk"), **position),
+                "length_unit": positive(1.0, "nothing"),
+            },
         ),
         "io.case.read": Call(bp.io.case.read, {"folder": path(str(case_folder()), **position)}),
         "io.model.read": Call(bp.io.model.read, {"path": path(str(model_file()), **position)}),

@@ -7,6 +7,8 @@ from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ..._types import InputError
 from .._contents import decoded
 from .._gate import existing
@@ -14,6 +16,9 @@ from . import _decode
 from ._gate import HEAD_LINES, LAYOUT, FormatFault, faults
 
 NODES, UNITS, FUNCTION, DATA_AT_NODES = (15, 2411), 164, 58, 55
+
+LEAST, MOST = 1e-60, 1e60
+"""Sizes of binary values, other than zero, beyond which bytes were lost."""
 
 _DELIMITER = re.compile(rb"^ {4}-1 *\r?$", re.MULTILINE)
 _DELIMITER_AFTER_BINARY = re.compile(rb" {4}-1 *\r?$", re.MULTILINE)
@@ -179,7 +184,15 @@ def _decoded(block: DatasetBytes, place: str) -> dict[str, Any]:
                 "it again, or as text."
             )
         values = _decode.Binary(block.values, "<" if order == b"1" else ">")
-        return _decode.function(block.head, values)
+        fields = _decode.function(block.head, values)
+        size = np.abs(fields["data"])
+        if np.any((size > 0) & ~((size >= LEAST) & (size <= MOST))):
+            raise MeasurementFileError(
+                f"{place} holds binary values from {size.min():.3g} to {size.max():.3g}; {LEAST:g} "
+                f"to {MOST:g} are needed, since others come of lost bytes, after which all that "
+                "follow are shifted. Copy the file again as binary, or export it as text."
+            )
+        return fields
     lines = block.lines
     _check(faults(block.number, lines), block.number, place)
     return _decode.DECODERS[block.number](lines)
