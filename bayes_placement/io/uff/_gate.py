@@ -5,13 +5,13 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import accumulate, pairwise
 from typing import NamedTuple
 
-INTEGER = re.compile(r"\s*[+-]?\d+\s*|\s*")
+INTEGER = re.compile(r"\s*[+-]?\d+\s*|\s*", re.ASCII)
 """A whole number in its columns, or blanks, which stand for zero."""
 
-NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+|[+-]\d{3})?\s*")
+NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+|[+-]\d{3})?\s*", re.ASCII)
 """A real number in its columns; Fortran has no letter before an exponent of three digits."""
 
-_INTEGER_WORD = re.compile(r"[+-]?\d+")
+_INTEGER_WORD = re.compile(r"[+-]?\d+", re.ASCII)
 _LONGEST_INTEGER = 18  # digits, which an integer of 64 bits has
 
 HEAD_LINES = 11

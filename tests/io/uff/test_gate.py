@@ -152,6 +152,11 @@ def test_text_outside_of_datasets_drops_no_dataset(tmp_path, text):
     refused(tmp_path, without, "datasets, after 1 of them; only lines of words may stand there")
 
 
+def test_digits_of_another_script_are_no_number(tmp_path, text):
+    other = changed_line(text, 5, lambda line: line[:79] + "\u0661" + line[80:])
+    refused(tmp_path, other.encode(), r"the reference direction .* no whole number")
+
+
 def test_comments_may_stand_between_datasets(tmp_path, text):
     delimiter = text.index("    -1\n    -1\n") + len("    -1\n")
     comment = "Workpiece A\nFile written 19 May 2021 09:58:46\n\tby M\xfcller\n"
