@@ -1,5 +1,6 @@
 """Errors of a command in words, and its exit codes."""
 
+import errno
 import json
 import sysconfig
 import traceback
@@ -23,6 +24,9 @@ Ctrl-C."""
 class StoppedBySignal(KeyboardInterrupt):
     """A signal that ends a command as Ctrl-C does; its argument is the exit code."""
 
+
+LONGEST_PATH = 200
+"""Letters of a path that are told."""
 
 ABOUT_FRAMES_OF_JAX = "JAX_TRACEBACK_FILTERING"
 """In a note that JAX adds to errors about frames that are not shown."""
@@ -68,7 +72,7 @@ def errors_in_words(
 def _in_words(error: BaseException, model: Path, show_traceback: bool) -> tuple[int, str]:
     """Exit code and text of an error."""
     if _is_ours(error, model):
-        code, words = _code(error), f"error: {_place(error, model)}{error}"
+        code, words = _code(error), f"error: {_place(error, model)}{_sentence(error)}"
     elif _is_of_model(error, model):
         code, words = REFUSED, "".join(_model_traceback(error, model))
     else:
@@ -80,9 +84,21 @@ def _code(error: BaseException) -> int:
     """Exit code of an error of this package, or of a file that cannot be read."""
     from .._types import InputError, UsageError
 
-    if isinstance(error, UsageError | FileNotFoundError | IsADirectoryError):
+    is_too_long = isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG
+    if is_too_long or isinstance(error, UsageError | FileNotFoundError | IsADirectoryError):
         return USAGE
     return REFUSED if isinstance(error, InputError) else FAILED
+
+
+def _sentence(error: BaseException) -> str:
+    """Sentence of an error; of one of the system, what it could not do to which file."""
+    if not isinstance(error, OSError) or error.strerror is None:
+        return str(error)
+    name = f"{str(error.filename)[:LONGEST_PATH]}: " if error.filename else ""
+    return (
+        f"{name}the system says {error.strerror!r}; a file or folder that can be opened is needed, "
+        "since it is read or written. Correct its path, or its permissions."
+    )
 
 
 def _say(words: str, code: int, as_json: bool) -> None:

@@ -186,7 +186,8 @@ def _claimed(out: Path) -> Iterator[None]:
             typer.echo(printable(words), err=True)
         yield
     finally:
-        path.unlink(missing_ok=True)  # while it is still locked
+        with suppress(OSError):  # somebody took the folder away
+            path.unlink()  # while it is still locked
         os.close(handle)
 
 

@@ -12,6 +12,17 @@ import numpy as np
 from .._types import InputError, MissingExtraError, check_kind
 from ._limits import check_limit
 
+_OF_PROGRAMS = (
+    ArithmeticError,
+    AssertionError,
+    AttributeError,
+    LookupError,
+    NameError,
+    RecursionError,
+    TypeError,
+)
+"""Errors that libraries do not raise of a file, but of what they did with it."""
+
 
 class FileWarning(UserWarning):
     """What a file does not say, or what of it was left out."""
@@ -143,10 +154,11 @@ def _within(array: np.ndarray) -> bool:
 
 
 def _unreadable(path: Path, contents: str, remedy: str, error: Exception) -> InputError:
-    reason = " ".join(str(error).split())[:300] or "no reason is given"
+    reason = " ".join(str(error).split())[:300]
+    if isinstance(error, _OF_PROGRAMS) or not reason:  # whose words are about a program
+        reason = "its content is not what its beginning announces"
     return InputError(
-        f"{path} cannot be read as {contents} ({type(error).__name__}: {reason}); a complete file "
-        f"is needed. {remedy}"
+        f"{path} cannot be read as {contents} ({reason}); a complete file is needed. {remedy}"
     )
 
 

@@ -1,6 +1,7 @@
 """Figures in which a dollar is a dollar: names of sensors and effects may hold any letter."""
 
 import re
+import warnings
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -18,4 +19,6 @@ class PlainFigure(Figure):
         for text in self.findobj(Text):
             if "$" in text.get_text() and not _OF_AXES.fullmatch(text.get_text()):
                 text.set_parse_math(False)
-        Figure.draw(self, renderer)
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "Glyph .* missing")  # a box stands in its place
+            Figure.draw(self, renderer)

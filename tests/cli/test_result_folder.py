@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from bayes_placement._files import UNFINISHED
+from bayes_placement._files import UNFINISHED, write_atomically
 from bayes_placement.cli import _result_folder, check
 from bayes_placement.cli.app import app
 from tests.cli.studies import EXPERIMENT
@@ -134,6 +134,26 @@ def test_ctrl_c_is_one_line_with_what_is_kept(study, tmp_path, monkeypatch, name
     answer = run(study, out)
     assert answer.exit_code == 130
     assert answer.output == f"{words.format(out=out)} {AGAIN}\n"
+
+
+def test_a_folder_that_becomes_a_file_is_one_sentence(study, tmp_path, monkeypatch):
+    def replaced(path, data, engine, output, *further):
+        out = output.folder.path
+        (out / _result_folder.RUNNING).unlink()
+        out.rmdir()
+        out.touch()
+        return write_atomically(out / "a.txt", lambda path: path.write_text("a"))
+
+    monkeypatch.setattr(check, "run", replaced)
+    answer = run(study, tmp_path / "results")
+    assert answer.exit_code == 4
+    assert answer.output.startswith(f"error: {tmp_path / 'results' / 'a.txt'} could not be written")
+
+
+def test_a_path_that_is_too_long_is_one_sentence(study, tmp_path):
+    answer = run(study, tmp_path / ("a" * 300))
+    assert answer.exit_code == 2
+    assert ": the system says 'File name too long'; a file or folder" in answer.output
 
 
 def test_ctrl_c_before_anything_is_one_line(study, tmp_path, monkeypatch):

@@ -9,7 +9,7 @@ import bayes_placement as bp
 from bayes_placement._types import InputError, UsageError
 from bayes_placement.io import _limits, arrays
 from bayes_placement.io.arrays import workbook
-from bayes_placement.io.case._json_fields import load
+from bayes_placement.io.case._json_fields import load, positive
 from bayes_placement.io.mapped import _toml_fields
 
 
@@ -79,8 +79,6 @@ def test_a_long_cell_is_a_sentence(tmp_path):
 def test_an_integer_of_many_digits_is_no_number(tmp_path):
     (tmp_path / "case.json").write_text(f'{{"length_m": 1{"0" * 400}}}')
     (tmp_path / "a.toml").write_text(f"length = 1{'0' * 400}\n")
-    from bayes_placement.io.case._json_fields import positive
-
     with pytest.raises(InputError, match=r"the field length_m is 1000.*; a positive number"):
         load(tmp_path / "case.json").value("length_m", positive("m", 1.0))
     with pytest.raises(InputError, match=r"length is 1000.*; a finite number is needed"):

@@ -40,7 +40,9 @@ def test_a_channel_that_differs_in_case_or_form_alone_is_hinted_at():
             measured.channels([asked], ["a1"])
 
 
-@pytest.mark.parametrize("name", ["$x_1^{$", r"\$", r"$\mathdefault{^{$", "a $ b", r"$\frac$"])
+@pytest.mark.parametrize(
+    "name", ["$x_1^{$", r"\$", r"$\mathdefault{^{$", "a $ b", r"$\frac$", "梁"]
+)
 def test_a_dollar_in_a_figure_is_a_dollar(tmp_path, name):
     layout = panels(1, 1)
     layout.only.plot([1e-4, 1e4], [1, 2], label=name)

@@ -322,6 +322,9 @@ def _check_section(section: dict[str, Parameter | None]) -> None:
         )
 
 
+LEAST, LARGEST = 1e-40, 1e30
+"""Least and greatest number that is taken; the second moment of a beam of atoms is 1e-40 m4."""
+
 _EITHER = ("second_moment", "radius_of_gyration")
 
 
@@ -337,6 +340,11 @@ def _check(modes: int, **quantities: Parameter | None) -> None:
             )
         if is_unknown(value):
             check_scalar(name, value)
+        if isinstance(value, int | float) and not LEAST <= value <= LARGEST:
+            raise InputError(
+                f"{name}={value} was given; a number from {LEAST:g} to {LARGEST:g} in SI units is "
+                f"needed, since no structure has another and none is computed: {name}=1.0."
+            )
         present = value is not None or name not in _EITHER
         if present and not is_open(value):
             finite_number(name, value, f"{name}=1.0, or a distribution")

@@ -349,6 +349,7 @@ def test_a_rigid_beam_may_have_fewer_modes_than_rigid_body_modes():
         ({"direction": 4}, r"direction=4 was given; the motion is recorded along 1, 2 or 3"),
         ({"direction": -3}, r"direction=-3 was given"),
         ({"length": -1.0}, r"length=-1.0 was given; it must be positive"),
+        ({"length": 1e-300}, r"length=1e-300 was given; a number from 1e-40 to 1e\+30 in SI"),
         ({"area": 0.0}, r"area=0.0 was given; it must be positive"),
         (
             {"youngs_modulus": float("nan")},
