@@ -178,14 +178,8 @@ class _Search(NamedTuple):
         """
         began = time.perf_counter()
         check_signal(self.experiment, measurement)
-        question = Question.of(
-            self.experiment,
-            self.experiment.data(measurement),
-            self.tried,
-            self.model_error,
-            level=self.level,
-            most_effects=self.most_effects,
-        )
+        asked = self.experiment, self.experiment.data(measurement), self.tried, self.model_error
+        question = Question.of(*asked, level=self.level, most_effects=self.most_effects)
         tick = ticks(progress, 2 * len(self.tried.effects) + 20, (0.02, 0.9))
         answer, policy = answered(question, tick, baseline, between), Policy(level=self.level)
         null, comparison, before = answer
