@@ -312,7 +312,7 @@ CALLS = {
     ),
     "sensor name blank": (
         lambda: experiment(sensors=[bp.Sensor(" ", at=0.2)]),
-        "The channel label ' ' was given; it needs the name of a transducer,",
+        "Sensor of the name ' ' was given; a name of at most 100 letters is needed,",
     ),
     "sensor name number": (
         lambda: bp.Sensor(1, at=0.2),

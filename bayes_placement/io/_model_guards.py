@@ -59,9 +59,10 @@ def guarded(path: Path) -> Iterator[None]:
 
 def _ended(path: Path, error: BaseException) -> InputError:
     frames = traceback.extract_tb(error.__traceback__)
-    line = next(frame.lineno for frame in frames if frame.filename == str(path))
+    # A GeneratorExit comes here without the frames in which it was raised.
+    lines = [f", line {frame.lineno}" for frame in frames if frame.filename == str(path)]
     return InputError(
-        f"{path}, line {line}: the model file ended the program ({error!r}); it must run to "
+        f"{path}{lines[0] if lines else ''}: the model file ended the program ({error!r}); it must run to "
         "its end, since `experiment` is read from it then. Leave that line out, or put what is no "
         'part of the model below if __name__ == "__main__":'
     )

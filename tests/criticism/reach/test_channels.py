@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.cli._inputs import Inputs
 from bayes_placement.cli._reach import write_reach
 from bayes_placement.cli._run import Run
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
@@ -300,7 +299,7 @@ def test_figures_have_bars_for_channels_and_the_factor():
 @pytest.mark.parametrize(("name", "is_written"), [("one", False), ("mass", True)])
 def test_a_factor_is_no_universal_file_of_a_law(name, is_written):
     ledger = Mock(spec=Ledger, reach=reached(name), port=None)
-    run, inputs = Mock(spec=Run), Mock(spec=Inputs, experiment=experiment())
-    write_reach(ledger, inputs, run)
+    run = Mock(spec=Run)
+    write_reach(ledger, run)
     assert run.law.called == is_written
     assert [call.args[0] for call in run.table.call_args_list] == ["reach.csv", "law.csv"]
