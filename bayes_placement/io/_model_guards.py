@@ -62,9 +62,9 @@ def _ended(path: Path, error: BaseException) -> InputError:
     # A GeneratorExit comes here without the frames in which it was raised.
     lines = [f", line {frame.lineno}" for frame in frames if frame.filename == str(path)]
     return InputError(
-        f"{path}{lines[0] if lines else ''}: the model file ended the program ({error!r}); it must run to "
-        "its end, since `experiment` is read from it then. Leave that line out, or put what is no "
-        'part of the model below if __name__ == "__main__":'
+        f"{path}{lines[0] if lines else ''}: the model file ended the program ({error!r}); it must "
+        "run to its end, since `experiment` is read from it then. Leave that line out, or put what "
+        'is no part of the model below if __name__ == "__main__":'
     )
 
 
