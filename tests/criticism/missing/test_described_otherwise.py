@@ -8,7 +8,7 @@ import pytest
 import bayes_placement as bp
 from tests.criticism.small import LINES, MASS, experiment, measured
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.longest]
 
 KINDS = ["point_mass", "gain_error", "ground_spring"]
 EVERY = 20
