@@ -1,5 +1,6 @@
 """Files of a case: all lie in its folder, or in that of the finite element model that it names."""
 
+import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -19,9 +20,11 @@ def inside(folder: Path, name: str) -> Path:
         If it is a link that leads out of the folder.
     """
     path = folder / name
-    if not path.resolve().is_relative_to(folder.resolve()):
+    # Path.resolve would fail where links lead to each other, which is told where they are opened.
+    target, home = (Path(os.path.realpath(each)) for each in (path, folder))
+    if not target.is_relative_to(home):
         raise CaseError(
-            f"{path} is a link to {path.resolve()}, which is outside the folder; a file in it is "
+            f"{path} is a link to {target}, which is outside the folder; a file in it is "
             "needed, since a case opens nothing else: put a copy in the place of the link."
         )
     return path

@@ -16,6 +16,12 @@ def test_a_link_that_leads_out_of_a_case_is_refused(tmp_path, name):
         case.read(folder)
 
 
+def test_a_link_to_itself_is_no_file(tmp_path):
+    (tmp_path / "case.json").symlink_to("case.json")
+    with pytest.raises((case.CaseError, OSError), match=r"case\.json"):
+        case.read(tmp_path)
+
+
 def test_a_link_within_a_case_is_followed(tmp_path):
     folder = tmp_path / "case"
     folder.mkdir()
