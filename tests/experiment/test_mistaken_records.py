@@ -154,6 +154,18 @@ def test_actuators_that_are_swapped_are_told():
     assert 'add effects.swapped_actuators("a1", "a2")' in sentence
 
 
+def test_channels_that_were_not_measured_cannot_be_swapped():
+    """With warnings as errors: no mean is taken over none of the pairs."""
+    places = {"a1": 0.61, "a2": 0.37, "a3": 0.83}
+    experiment = bar(
+        [bp.Sensor("s1", at=0.23)], [bp.Actuator(name, at=place) for name, place in places.items()]
+    )
+    data = measured(experiment)
+    frf = np.array(data.frf)
+    frf[:, 1:] = np.nan
+    assert experiment.check_data(dataclasses.replace(data, frf=frf)).passed
+
+
 @pytest.mark.parametrize("words", ["inverted", "integrated once", "to have lines in rad/s"])
 def test_one_channel_that_is_enough(words):
     one = bar([bp.Sensor("s1", at=0.23)], [bp.Actuator("a1", at=0.61)])

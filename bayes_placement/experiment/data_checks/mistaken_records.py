@@ -169,9 +169,10 @@ def _of_swapped(
             places = compared.places.copy()
             places[:, side] = order[places[:, side]]
             pairs = places[:, side] != compared.places[:, side]
-            likelihood = as_given.copy()
-            likelihood[:, pairs] = compared.of(pairs, places).log_likelihood(AS_GIVEN)
-            yield _Hypothesis(mistake, pairs, likelihood)
+            if pairs.any():  # else neither of the two was measured
+                likelihood = as_given.copy()
+                likelihood[:, pairs] = compared.of(pairs, places).log_likelihood(AS_GIVEN)
+                yield _Hypothesis(mistake, pairs, likelihood)
 
 
 def _exchanged(side: str, channels: Sequence[Channel]) -> Iterator[tuple[Mistake, Rows, Rows]]:
