@@ -34,7 +34,7 @@ def learnt(observe, sigma, unit):
     return bp.information_map(experiment, PLACES, estimator=SMALL)["information_gain"].values
 
 
-@pytest.mark.parametrize("unit", [1e-30, 1e30])
+@pytest.mark.parametrize("unit", [1e-20, 1e20])
 @pytest.mark.parametrize("kind", OBSERVATIONS)
 def test_information_does_not_depend_on_the_unit(kind, unit):
     observe = OBSERVATIONS[kind]
