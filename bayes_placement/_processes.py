@@ -68,8 +68,15 @@ _alone = False
 """Whether this process works alone: it is a helper itself, or helpers die or do not start."""
 
 
+def nothing() -> None:
+    """Do nothing."""
+
+
 def shared(
-    function: Callable[..., Result], tasks: Sequence[Task], done: Callable[[int], None]
+    function: Callable[..., Result],
+    tasks: Sequence[Task],
+    done: Callable[[int], None],
+    meanwhile: Callable[[], Any] = nothing,
 ) -> list[Result]:
     """Call a function with the arguments of each task, in this process and its helpers.
 
@@ -85,16 +92,20 @@ def shared(
         Arguments, those that take longest first.
     done
         Called with the number of each task that is done.
+    meanwhile
+        What this process does first, once helpers have begun.
     """
     results: dict[int, Result] = {}
-    for number, result in shared_in_any_order(function, tasks):
+    for number, result in shared_in_any_order(function, tasks, meanwhile):
         results[number] = result
         done(number)
     return [results[number] for number in range(len(tasks))]
 
 
 def shared_in_any_order(
-    function: Callable[..., Result], tasks: Sequence[Task]
+    function: Callable[..., Result],
+    tasks: Sequence[Task],
+    meanwhile: Callable[[], Any] = nothing,
 ) -> Iterator[tuple[int, Result]]:
     """Number and result of each task as soon as it is done; all else is as in `shared`."""
     helpers, count = started_helpers() if len(tasks) > 1 else (None, 0)
@@ -102,6 +113,7 @@ def shared_in_any_order(
     with _at_work(helpers):
         for _ in range(count):
             queue.hand_to(helpers)
+        meanwhile()
         yield from queue.results()
 
 

@@ -85,6 +85,18 @@ def test_results_are_in_order_and_of_two_processes():
     assert sorted(done) == list(range(20))
 
 
+def test_helpers_have_begun_before_this_process_does_something_else():
+    awaited_helper()
+    done, waited = [], []
+
+    def meanwhile():
+        waited.append(time.sleep(0.5))
+
+    results = _processes.shared(where, [(n,) for n in range(4)], done.append, meanwhile)
+    assert {process for _, process in results} != {os.getpid()}
+    assert len(waited) == 1 and sorted(done) == list(range(4))
+
+
 def test_what_a_helper_cannot_do_is_done_here():
     awaited_helper()
     tasks = [(n, os.getpid()) for n in range(6)]

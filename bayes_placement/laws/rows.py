@@ -79,31 +79,49 @@ class NetworkRows:
         omega
             Angular frequencies [rad/s].
         """
-        elements, along_size, along_other = self._elements(which, points, omega)
+        elastic, elements = self._elements(which, points, omega)
         series, present = self._series[which], self._present[which]
         first, second, third = elements.swapaxes(0, 1)
-        pair, of_first, of_second = _joined(first, second, series[:, 0], present[:, 1])
-        whole, of_pair, of_third = _joined(pair, third, series[:, 1], present[:, 2])
+        pair, of_first, of_second = _with_slopes(first, second, series[:, 0], present[:, 1])
+        whole, of_pair, of_third = _with_slopes(pair, third, series[:, 1], present[:, 2])
         of_each = np.stack([of_pair * of_first, of_pair * of_second, of_third], axis=1)
-        of_each = of_each * present[..., None]
-        return whole, np.concatenate([of_each * along_size, of_each * along_other], axis=1)
+        along = self._along_other(which, points, elastic, omega)
+        return whole, np.concatenate([of_each * (LOGARITHM * elements), of_each * along], axis=1)
 
-    def _elements(self, which: Which, points: Points, omega: Any) -> tuple[Any, Any, Any]:
-        """Dynamic stiffness of each element, and its slopes along its size and its other number."""
+    def stiffness(
+        self, which: Which, points: Points, omega: Float[np.ndarray, "frequency"]
+    ) -> Stiffness:
+        """Dynamic stiffness of rows alone, see `at_lines`."""
+        _, elements = self._elements(which, points, omega)
+        series, present = self._series[which], self._present[which]
+        first, second, third = elements.swapaxes(0, 1)
+        pair = _joined(first, second, series[:, 0], present[:, 1])
+        return _joined(pair, third, series[:, 1], present[:, 2])
+
+    def _elements(self, which: Which, points: Points, omega: Any) -> tuple[Any, Any]:
+        """Dynamic stiffness of each element, without its loss and with it."""
         size, other = points[:, :ELEMENTS_OF_ROW], points[:, ELEMENTS_OF_ROW:]
-        pot, lossy = self._pot[which][..., None], self._lossy[which][..., None]
+        pot = self._pot[which]
+        order = np.where(pot, ndtr(other), self._power[which])
+        # Real powers of the lines, and one complex number for each element: no power of a complex
+        # number at each line. Those of whole order are few, and computed once.
+        ratio = omega / self.middle
+        rise = (ratio ** np.arange(3.0)[:, None])[self._power[which].astype(int)]
+        rise[pot] = ratio ** order[pot][:, None]
+        scale = self.size * np.exp(LOGARITHM * size + 0.5j * np.pi * order)
+        loss = np.where(self._lossy[which], 1 + 1j * _loss(other), 1.0)
+        return scale[..., None] * rise, (scale * loss)[..., None] * rise
+
+    def _along_other(self, which: Which, points: Points, elastic: Any, omega: Any) -> Any:
+        """Slopes of the elements along their other number: an order, or a loss factor."""
+        other = points[:, ELEMENTS_OF_ROW:]
+        density = np.exp(-0.5 * other**2) / np.sqrt(2 * np.pi)
+        of_loss = self._lossy[which] * (1j * DECADES_OF_LOSS * np.log(10.0)) * _loss(other)
+        along = elastic * of_loss[..., None]
+        row, place = np.nonzero(self._pot[which])
         logarithm = np.log(1j * omega / self.middle)
-        order = np.where(self._pot[which], ndtr(other), self._power[which])[..., None]
-        step = LOGARITHM
-        elastic = (self.size * np.exp(step * size))[..., None] * np.exp(order * logarithm)
-        step_of_loss = DECADES_OF_LOSS * np.log(10.0)
-        loss = (LOSS * np.exp(step_of_loss * other))[..., None]
-        density = (np.exp(-0.5 * other**2) / np.sqrt(2 * np.pi))[..., None]
-        along_other = elastic * np.where(
-            pot, logarithm * density, lossy * (1j * step_of_loss) * loss
-        )
-        elements = elastic * np.where(lossy, 1 + 1j * loss, 1.0)
-        return elements, step * elements, along_other
+        along[row, place] = elastic[row, place] * logarithm * density[row, place][:, None]
+        return along
 
     def law(self, number: int, point: Float[np.ndarray, "coordinate"]) -> Law:
         """Law of a network at coordinates, its numbers plain."""
@@ -157,19 +175,34 @@ def _shared_out(size: Any, by: float) -> Any:
     )
 
 
-def _joined(one: Any, other: Any, series: Any, present: Any) -> tuple[Any, Any, Any]:
-    """Dynamic stiffness of two parts, and its slopes along those of each; of one if alone."""
+def _loss(other: Any) -> Any:
+    """Loss factors at coordinates."""
+    return LOSS * np.exp(DECADES_OF_LOSS * np.log(10.0) * other)
+
+
+def _joined(one: Any, other: Any, series: Any, present: Any) -> Any:
+    """Dynamic stiffness of two parts; of one if alone."""
+    whole = np.array(one)
+    parallel, chain = present & ~series, present & series
+    whole[parallel] += other[parallel]
+    whole[chain] *= _share(other[chain], one[chain])
+    return whole
+
+
+def _with_slopes(one: Any, other: Any, series: Any, present: Any) -> tuple[Any, Any, Any]:
+    """The same, and its slopes along the dynamic stiffness of each part."""
+    of_one, of_other = np.ones_like(one), np.zeros_like(one)
+    of_other[present] = 1.0
+    chain = present & series
+    of_one[chain] = _share(other[chain], one[chain]) ** 2
+    of_other[chain] = _share(one[chain], other[chain]) ** 2
+    return _joined(one, other, series, present), of_one, of_other
+
+
+def _share(one: Any, other: Any) -> Any:
+    """Share of one part in the sum of two in series; of a resonance without damping finite."""
     total = one + other
-    safe = np.where(total == 0, 1.0, total)
-    is_series, is_there = series[:, None], present[:, None]
-    value = np.where(is_series, one * other / safe, total)
-    of_one = np.where(is_series, (other / safe) ** 2, 1.0)
-    of_other = np.where(is_series, (one / safe) ** 2, 1.0)
-    return (
-        np.where(is_there, value, one),
-        np.where(is_there, of_one, 1.0),
-        np.where(is_there, of_other, 0.0),
-    )
+    return one / np.where(total == 0, 1.0, total)
 
 
 def form_of(tree: Tree) -> tuple[tuple[str, str], list[str]]:

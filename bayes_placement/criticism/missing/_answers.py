@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..._processes import nothing
 from ..._types import InputError, Progress
 from ...effects.library import Library
 from ...experiment.experiment import Experiment, Measurements
@@ -25,7 +26,7 @@ from ._hypotheses import (
     problem_with_errors,
     rival_among,
 )
-from ._networks import priors_of_networks, with_one_more_network, with_other_laws
+from ._networks import laws_beside_best, priors_of_networks, with_networks, with_other_laws
 from ._posterior_odds import (
     Comparison,
     explains,
@@ -262,11 +263,13 @@ def _deepened(
             break
         if greatest_odds_expected(comparison, depth, further_effects) < rival:
             break
-        comparison = one_more_effect(comparison, depth, tick, breadth)
+        laws = laws_beside_best(comparison, depth, tick) if question.tried.networks else None
+        meanwhile = nothing if laws is None else laws.look
+        comparison = one_more_effect(comparison, depth, tick, breadth, meanwhile)
         # Two of the library may pass the check though one of them is in no list: a spring beside
         # the root of a cantilever stands for one against rotation.
-        if question.tried.networks:
-            comparison = with_one_more_network(comparison, depth, tick)
+        if laws is not None:
+            comparison = with_networks(comparison, laws)
         comparison = with_other_laws(comparison, tick)
     return comparison
 

@@ -23,7 +23,7 @@ from ...inference.residuals_of_state import State
 from ._fitted_candidates import extended
 from ._hypotheses import Hypothesis, finite, null_hypothesis, rival_among, with_errors
 from ._kept_fits import NO_RIVAL, kept_with_sizes
-from ._networks import with_networks, with_one_more_network, with_other_laws
+from ._networks import LawsBeside, laws_beside_best, with_networks, with_other_laws
 from ._posterior_odds import Comparison, passes, wants_more_effects
 from ._repeated import may_be_added, named_alike
 from ._scan import best_places
@@ -99,7 +99,7 @@ def compared_with_baseline(
         singles.append(fitted(candidate, rival_among([null, *singles])))
     comparison = Comparison([null, *finite(singles)], variants, candidates)
     if tried.networks:
-        comparison = with_networks(comparison, null, tick, unchanged)
+        comparison = with_networks(comparison, LawsBeside(null, tick, unchanged))
     for depth in range(1, most_effects):
         if not wants_more_effects(comparison, depth, level):
             break
@@ -113,7 +113,8 @@ def compared_with_baseline(
         ]
         comparison = comparison.with_hypotheses(extended([[pair] for pair in pairs], tick))
         if tried.networks and wants_more_effects(comparison, depth, level):
-            comparison = with_one_more_network(comparison, depth, tick)
+            beside = laws_beside_best(comparison, depth, tick)
+            comparison = comparison if beside is None else with_networks(comparison, beside)
         comparison = with_other_laws(comparison, tick)
     return unchanged, comparison
 

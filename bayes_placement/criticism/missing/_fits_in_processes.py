@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from threadpoolctl import threadpool_limits
 
-from ..._processes import shared
+from ..._processes import nothing, shared
 from ._kept_fits import count_taken, fits_kept_in, folder_of_fits
 
 Outcome = TypeVar("Outcome")
@@ -20,6 +20,7 @@ def fitted_in_processes(
     fit: Callable[..., Outcome],
     tasks: Sequence[tuple[Any, ...]],
     done: Callable[[int], None] = lambda _: None,
+    meanwhile: Callable[[], Any] = nothing,
 ) -> list[Outcome]:
     """Fit in this process and its helpers, see `shared`.
 
@@ -31,9 +32,11 @@ def fitted_in_processes(
         Its arguments, those that take longest first.
     done
         Called with the number of each task that is done.
+    meanwhile
+        What this process does first, once helpers have begun.
     """
     folder = folder_of_fits()
-    outcomes = shared(_in_folder, [(fit, folder, task) for task in tasks], done)
+    outcomes = shared(_in_folder, [(fit, folder, task) for task in tasks], done, meanwhile)
     count_taken(sum(taken for _, taken in outcomes))
     return [outcome for outcome, _ in outcomes]
 

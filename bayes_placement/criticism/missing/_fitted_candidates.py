@@ -5,12 +5,13 @@ What a process returns are arrays and numbers. Problems and data stay in each pr
 
 import functools
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import pandas as pd
 
+from ..._processes import nothing
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...inference.residuals import Problem
@@ -63,7 +64,13 @@ class Extended(NamedTuple):
     hypotheses: list[Hypothesis]
 
 
-def best_variants(base: Hypothesis, effects: Sequence[Effect], most: int, tick: Tick) -> Extended:
+def best_variants(
+    base: Hypothesis,
+    effects: Sequence[Effect],
+    most: int,
+    tick: Tick,
+    meanwhile: Callable[[], Any] = nothing,
+) -> Extended:
     """Scan effects on a hypothesis and fit a few variants of each kind, the most promising first.
 
     Parameters
@@ -76,12 +83,14 @@ def best_variants(base: Hypothesis, effects: Sequence[Effect], most: int, tick: 
         Most variants of a kind that are fitted.
     tick
         Called for each effect.
+    meanwhile
+        What this process does first, once helpers have begun.
     """
     variants = defaultdict(list)
     for effect in effects:
         variants[kind_of(effect)].append((base, effect))
     points = points_of_scans(effects)
-    tried = _tried([*variants.values()], points, most, tick, are_scored=True)
+    tried = _tried([*variants.values()], points, most, tick, True, meanwhile)
     by_promise = sorted(tried, key=lambda candidate_and_fit: candidate_and_fit[0].predicted_cost)
     return Extended(
         [candidate for candidate, _ in tried],
@@ -89,7 +98,9 @@ def best_variants(base: Hypothesis, effects: Sequence[Effect], most: int, tick: 
     )
 
 
-def extended(groups: Sequence[Sequence[Pair]], tick: Tick) -> list[Hypothesis]:
+def extended(
+    groups: Sequence[Sequence[Pair]], tick: Tick, meanwhile: Callable[[], Any] = nothing
+) -> list[Hypothesis]:
     """Fit hypotheses with one more effect; those without a finite density are left out.
 
     Parameters
@@ -98,9 +109,11 @@ def extended(groups: Sequence[Sequence[Pair]], tick: Tick) -> list[Hypothesis]:
         Hypotheses and effects; of each group, all of one kind, the most promising one is fitted.
     tick
         Called for each effect.
+    meanwhile
+        What this process does first, once helpers have begun.
     """
     points = points_of_scans(effect for group in groups for _, effect in group)
-    tried = _tried(groups, points, 1, tick)
+    tried = _tried(groups, points, 1, tick, meanwhile=meanwhile)
     return finite(hypothesis for _, hypothesis in tried if hypothesis is not None)
 
 
@@ -167,6 +180,7 @@ def _tried(
     most: int,
     tick: Tick,
     are_scored: bool = False,
+    meanwhile: Callable[[], Any] = nothing,
 ) -> list[tuple[ScannedCandidate, Hypothesis | None]]:
     """Scan effects on hypotheses in groups of one kind, and fit the best few of each group."""
     named = [with_free_names(pairs) for pairs in groups]
@@ -177,7 +191,8 @@ def _tried(
         for _ in tasks[task][0]:
             tick()
 
-    outcomes = dict(zip(order, fitted_in_processes(_outcomes, tasks, done), strict=True))
+    fits = fitted_in_processes(_outcomes, tasks, done, meanwhile)
+    outcomes = dict(zip(order, fits, strict=True))
     return [
         _received(pair, outcome)
         for number, pairs in enumerate(named)

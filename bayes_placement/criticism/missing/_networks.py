@@ -1,5 +1,6 @@
 """Hypotheses with one more effect that is in no list: a network at a port, place before law."""
 
+import functools
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -23,7 +24,7 @@ from ...laws.rows import coordinates_of_numbers
 from ..reach._free_law import tells_phase
 from ..reach._named_laws import NamedLaw, laws_at_place, log_prior, reached_ports, simplest
 from ..reach._ports import NAME, Port, can_be_reached, place_columns, ports_of, trees_at
-from ..reach.reach import reach_of
+from ..reach.reach import Reach, reach_of
 from ._candidates import numbered
 from ._fitted_candidates import extended, without
 from ._hypotheses import Hypothesis, finite, takes_long
@@ -51,37 +52,64 @@ WITHIN = 2 * STRONG
 """Log odds behind the best network from which on others are left out."""
 
 
-def with_networks(
-    comparison: Comparison, base: Hypothesis, tick: Tick, before: Hypothesis | None = None
-) -> Comparison:
-    """Add the networks of the greatest odds at ports of a hypothesis, each fitted.
+class LawsBeside:
+    """Laws that are in no list at the ports of a hypothesis, looked for when first asked for.
 
-    None where it passes its check, or where there is no complex FRF at which a law is read; with a
-    model error, where laws take minutes, none where another hypothesis explains the data. Of two
-    states networks act in the later one.
+    None where it passes its check, or where there is no complex FRF at which a law is read.
 
     Parameters
     ----------
-    comparison
-        Hypotheses.
     base
-        One of them, to which a network is added.
+        The hypothesis.
     tick
         Called once for each kind of port.
     before
         The same hypothesis as an earlier state tells it, with its sizes of a model error: of the
         fit to both states these take up what is new.
     """
-    reads_laws = tells_phase(base.problem) and can_be_reached(base.problem)
-    is_told = base.has_errors and explains(comparison.best(), LEVEL)
-    if passes(base, LEVEL) or is_told or not reads_laws:
+
+    def __init__(self, base: Hypothesis, tick: Tick, before: Hypothesis | None = None):
+        self.base, self._known, self._tick = base, before or base, tick
+
+    def look(self) -> tuple[Reach | None, list[NamedLaw]]:
+        """Look for them; those of about the greatest odds, and what laws reach without effects."""
+        return self._found
+
+    @functools.cached_property
+    def _found(self) -> tuple[Reach | None, list[NamedLaw]]:
+        base, problem = self.base, self._known.problem
+        reads_laws = tells_phase(base.problem) and can_be_reached(base.problem)
+        if passes(base, LEVEL) or not reads_laws:
+            return None, []
+        ports, found = reached_ports(problem, self._known.fit.point, self._tick)
+        reach = None if base.effects else reach_of(problem, base.fit, ports, found)
+        return reach, _probable(found)
+
+
+def with_networks(comparison: Comparison, laws: LawsBeside) -> Comparison:
+    """Add the networks of the greatest odds at ports of a hypothesis, each fitted.
+
+    With a model error, where laws take minutes, none where another hypothesis explains the data. Of
+    two states networks act in the later one.
+
+    Parameters
+    ----------
+    comparison
+        Hypotheses.
+    laws
+        Laws beside one of them, to which a network is added.
+    """
+    if laws.base.has_errors and explains(comparison.best(), LEVEL):
         return comparison
-    known = before or base
-    ports, found = reached_ports(known.problem, known.fit.point, tick)
-    if not base.effects:
-        reach = reach_of(known.problem, base.fit, ports, found)
-        comparison = comparison._replace(reach=reach)
-    return _with_laws(comparison, base, _probable(found))
+    reach, found = laws.look()
+    comparison = comparison if reach is None else comparison._replace(reach=reach)
+    return _with_laws(comparison, laws.base, found) if found else comparison
+
+
+def laws_beside_best(comparison: Comparison, depth: int, tick: Tick) -> LawsBeside | None:
+    """Laws beside the best hypothesis of so many effects, none of which takes long."""
+    ranked = [h for h in comparison.distinct() if len(h.effects) == depth and not takes_long(h)]
+    return LawsBeside(ranked[0], tick) if ranked else None
 
 
 def _probable(found: Sequence[NamedLaw]) -> list[NamedLaw]:
@@ -108,12 +136,6 @@ def _listed(comparison: Comparison) -> list[Network]:
 
 def _network(law: NamedLaw) -> Network:
     return law.port.acts_on, law.tree
-
-
-def with_one_more_network(comparison: Comparison, depth: int, tick: Tick) -> Comparison:
-    """Add a network to the best hypothesis of so many effects, none of which takes long."""
-    ranked = [h for h in comparison.distinct() if len(h.effects) == depth and not takes_long(h)]
-    return with_networks(comparison, ranked[0], tick) if ranked else comparison
 
 
 def with_other_laws(comparison: Comparison, tick: Tick) -> Comparison:

@@ -7,11 +7,12 @@ again and replaced, and each effect of the best few is looked for once more besi
 """
 
 from collections import Counter
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..._processes import nothing
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ._fitted_candidates import best_variants, extended, relocated
@@ -45,24 +46,33 @@ NARROW = Breadth(branches=2, kinds=3)
 """Where a model error already explains most."""
 
 
-def single_effects(null: Hypothesis, effects: Sequence[Effect], tick: Tick) -> Comparison:
+def single_effects(
+    null: Hypothesis,
+    effects: Sequence[Effect],
+    tick: Tick,
+    meanwhile: Callable[[], Any] = nothing,
+) -> Comparison:
     """Every candidate alone: all are scanned, the most promising variants of each kind fitted."""
     variants = dict(Counter(kind_of(effect) for effect in effects))
-    candidates, hypotheses = best_variants(null, effects, VARIANTS, tick)
+    candidates, hypotheses = best_variants(null, effects, VARIANTS, tick, meanwhile)
     return Comparison([null, *hypotheses], variants, candidates)
 
 
 def one_more_effect(
-    comparison: Comparison, depth: int, tick: Tick, breadth: Breadth = ALL
+    comparison: Comparison,
+    depth: int,
+    tick: Tick,
+    breadth: Breadth = ALL,
+    meanwhile: Callable[[], Any] = nothing,
 ) -> Comparison:
-    """Try one more effect on the best hypotheses of so many.
+    """Try one more effect on the best hypotheses of so many, and do meanwhile what is asked for.
 
     Then those of the best are replaced, and those of the best few looked for at other places: an
     effect that was fitted first, alone, may have drawn the second to a wrong one.
     """
     best = _branches(comparison, depth)
     deeper = comparison.with_hypotheses(
-        extended(_pairs(comparison, best[: breadth.branches], breadth.kinds), tick)
+        extended(_pairs(comparison, best[: breadth.branches], breadth.kinds), tick, meanwhile)
     )
     replaced = extended(
         _pairs(deeper, _subsets_of_best(deeper, depth, breadth.kinds), breadth.kinds), tick

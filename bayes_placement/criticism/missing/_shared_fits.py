@@ -9,7 +9,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from ..._processes import import_in_helpers
+from ..._processes import import_in_helpers, nothing
 from ...effects.library import Library
 from ...experiment.experiment import Experiment
 from ...experiment.model_error import ModalErrors
@@ -18,7 +18,7 @@ from ...inference.chi2 import LEVEL
 from ...inference.engines.empirical_bayes import Rival
 from ._fitted_with_errors import fitted_with_errors_at_once
 from ._hypotheses import NO_RIVAL, Hypothesis, null_hypothesis
-from ._networks import with_networks
+from ._networks import LawsBeside, with_networks
 from ._posterior_odds import Comparison, explains
 from ._scanned_candidates import Tick
 from ._search import single_effects
@@ -58,8 +58,9 @@ class SharedFits:
             null = null_hypothesis(experiment, data)
             last = [effect for effect in effects if effect.tried_last]
             first = [effect for effect in effects if not effect.tried_last]
-            singles = single_effects(null, first, tick)
-            singles = with_networks(singles, null, tick) if networks else singles
+            laws = LawsBeside(null, tick) if networks else None
+            singles = single_effects(null, first, tick, nothing if laws is None else laws.look)
+            singles = singles if laws is None else with_networks(singles, laws)
             if last and not (first and explains(singles.best(), LEVEL)):
                 singles = singles.joined(single_effects(null, last, tick))
             self._singles = singles

@@ -111,15 +111,20 @@ class LawsAsked:
 
     def cost(self, points: Points) -> np.ndarray:
         """Minus log posterior density of rows."""
-        place, strength, _ = self._strength(points)
+        which, place = _which(points)
+        stiffness = self.rows.stiffness(which, points[:, :NUMBERS], self.omega)
+        strength, _ = closed(stiffness, self.asked.receptance[place], self.is_cut)
         return self._cost(points, place, strength)[1]
 
     def normal_equations(self, points: Points) -> NormalEquations:
         """Normal equations of rows."""
-        place, strength, along = self._strength(points)
+        which, place = _which(points)
+        stiffness, slopes = self.rows.at_lines(which, points[:, :NUMBERS], self.omega)
+        strength, softened = closed(stiffness, self.asked.receptance[place], self.is_cut)
+        along = slopes * softened[:, None]
         left, cost = self._cost(points, place, strength)
         information = self.asked.information[place]
-        taken = np.real(np.einsum("ruf,rxf->rxu", self.asked.absorbed[place], along))
+        taken = self._taken(along, place)
         conjugate = np.conj(along)
         squares = np.real((along * information[:, None]) @ conjugate.transpose(0, 2, 1))
         pull = self.asked.pull[place] + information * strength
@@ -147,23 +152,35 @@ class LawsAsked:
     def _drawn(self, which: Any, count: int) -> Any:
         numbers = np.tile(draws(count), (len(which), 1))
         rows = np.repeat(np.array(which), count)
-        return self.rows.at_lines(rows, numbers, self.omega)[0]
-
-    def _strength(self, points: Points) -> tuple[Any, Lines, Any]:
-        which, place = points[:, NETWORK].astype(int), points[:, PLACE].astype(int)
-        stiffness, slopes = self.rows.at_lines(which, points[:, :NUMBERS], self.omega)
-        strength, softened = closed(stiffness, self.asked.receptance[place], self.is_cut)
-        return place, strength, slopes * softened[:, None]
+        return self.rows.stiffness(rows, numbers, self.omega)
 
     def _cost(self, points: Points, place: Any, strength: Lines) -> tuple[np.ndarray, np.ndarray]:
         """What pulls on the other unknowns, whitened, and the cost."""
         asked = self.asked
-        taken = np.real(np.einsum("ruf,rf->ru", asked.absorbed[place], strength))
-        left = asked.given[place] + taken
+        left = asked.given[place] + self._taken(strength[:, None], place)[:, 0]
         of_law = 0.5 * asked.information[place] * np.abs(strength) ** 2
         of_law += np.real(np.conj(asked.pull[place]) * strength)
         prior = half_squares(points[:, :NUMBERS])
         return left, asked.constant[place] + of_law.sum(axis=1) - half_squares(left) + prior
+
+    def _taken(self, along: Any, place: Any) -> Float[np.ndarray, "row direction unknown"]:
+        """What changes of t [row, direction, frequency] take from the pull on other unknowns.
+
+        One product of matrices for each place: copies of what it asks for each row are large.
+        """
+        absorbed = self.asked.absorbed
+        taken = np.empty((*along.shape[:2], absorbed.shape[1]))
+        for number in np.unique(place):
+            rows = place == number
+            flat = along[rows].reshape(-1, along.shape[-1])
+            product = np.real(flat @ absorbed[number].T)
+            taken[rows] = product.reshape(-1, *taken.shape[1:])
+        return taken
+
+
+def _which(points: Points) -> tuple[Any, Any]:
+    """Network and place of each row."""
+    return points[:, NETWORK].astype(int), points[:, PLACE].astype(int)
 
 
 def draws(count: int) -> Points:

@@ -180,11 +180,12 @@ class FilterRows:
         omega
             Angular frequencies [rad/s].
         """
-        values = self._changes(which, points, omega)
-        moved = [self._changes(which, points + STEP * unit, omega) for unit in np.eye(NUMBERS)]
+        values = self.stiffness(which, points, omega)
+        moved = [self.stiffness(which, points + STEP * unit, omega) for unit in np.eye(NUMBERS)]
         return values, np.stack([(each - values) / STEP for each in moved], axis=1)
 
-    def _changes(self, which: Any, points: Any, omega: Any) -> Any:
+    def stiffness(self, which: Any, points: Any, omega: Any) -> Any:
+        """Change of the factor from 1 alone, which is what a stiffness is at a port."""
         changes = np.empty((len(points), len(omega)), complex)
         for number in np.unique(which):
             rows = which == number

@@ -42,7 +42,7 @@ class LawsInFull:
     def cost(self, points: Points) -> np.ndarray:
         """Minus log posterior density."""
         of_problem, of_law, which = self._parts(points)
-        stiffness, _ = self.rows.at_lines(which, of_law, self.omega)
+        stiffness = self.rows.stiffness(which, of_law, self.omega)
         residual = self.free.residuals(of_problem, *self._law(stiffness))
         return half_squares(residual) + half_squares(of_problem) + half_squares(of_law)
 

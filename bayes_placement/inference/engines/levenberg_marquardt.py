@@ -167,11 +167,14 @@ def _follow(leader: np.ndarray, points: ParameterPoints, normal: NormalEquations
     leading = np.flatnonzero(leader == np.arange(len(points)))
     leading = leading[np.argsort(normal.cost[leading], kind="stable")]
     for place, best in enumerate(leading):
-        if leader[best] == best:
-            others = leading[place + 1 :]
-            apart = points[others] - points[best]
-            squares = np.einsum("bi,ij,bj->b", apart, normal.curvature[best], apart)
-            met = others[(leader[others] == others) & (squares < MET**2)]
+        if leader[best] != best:
+            continue
+        others = leading[place + 1 :]
+        others = others[leader[others] == others]
+        apart = points[others] - points[best]
+        squares = np.sum((apart @ normal.curvature[best]) * apart, axis=1)
+        met = others[squares < MET**2]
+        if met.size:
             leader[np.isin(leader, met)] = best
 
 

@@ -12,6 +12,7 @@ from bayes_placement.criticism.missing._fitted_candidates import extended
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.criticism.missing._networks import (
     LISTED,
+    LawsBeside,
     _network,
     priors_of_networks,
     with_networks,
@@ -149,7 +150,9 @@ def test_a_network_is_told_as_such_where_its_effect_is_not_tried():
     data = experiment().data(measured(lambda w: -0.08 * w**2))
     null = null_hypothesis(experiment(), data)
     springs = [effect for effect in library().effects if effect.name == "ground_spring"]
-    found = with_networks(single_effects(null, springs, lambda: None), null, lambda: None)
+    found = with_networks(
+        single_effects(null, springs, lambda: None), LawsBeside(null, lambda: None)
+    )
     assert found.best().kinds == ("attached: mass",)
 
 

@@ -76,7 +76,7 @@ def test_the_search_counts_a_moved_hypothesis_once(null, stuck, monkeypatch):
     single = dataclasses.replace(null, effects=CANDIDATES[1:], problem=stuck.problem)
     comparison = Comparison([null, single], {"point_mass": 1, "gain_error": 1})
     fitted = [stuck]
-    monkeypatch.setattr(_search, "extended", lambda pairs, tick: [fitted.pop()] if fitted else [])
+    monkeypatch.setattr(_search, "extended", lambda *_: [fitted.pop()] if fitted else [])
     monkeypatch.setattr(_search, "_pairs", lambda comparison, branches, most: [])
     deeper = _search.one_more_effect(comparison, 1, lambda: None)
     (pair,) = [hypothesis for hypothesis in deeper.hypotheses if len(hypothesis.effects) == 2]

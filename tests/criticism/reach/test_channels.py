@@ -14,7 +14,7 @@ import bayes_placement as bp
 from bayes_placement.cli._reach import write_reach
 from bayes_placement.cli._run import Run
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
-from bayes_placement.criticism.missing._networks import with_networks
+from bayes_placement.criticism.missing._networks import LawsBeside, with_networks
 from bayes_placement.criticism.missing._posterior_odds import Comparison
 from bayes_placement.criticism.missing.ledger import Ledger
 from bayes_placement.criticism.reach._asked import OF_ROW, Asked, LawsAsked
@@ -176,7 +176,7 @@ def test_that_nothing_is_missing_is_all_that_is_told():
 def test_channels_become_no_networks():
     setup = experiment()
     null = null_hypothesis(setup, setup.data(measured(factor=LOW_PASS)))
-    found = with_networks(Comparison([null], {}), null, lambda: None)
+    found = with_networks(Comparison([null], {}), LawsBeside(null, lambda: None))
     assert found.reach.kinds().index[0] == "all_channels"
     _, *others = found.hypotheses
     assert others and all(isinstance(h.effects[0], bp.effects.OnPorts) for h in others)
