@@ -171,9 +171,22 @@ class Problem:
 
         None without such an error, and where the noise is unknown, which takes it up by itself.
         """
-        weights = [_weight(state, relative_error) for state in self.states]
-        known = [weight for weight in weights if weight is not None]
-        return np.concatenate(known) if relative_error and len(known) == len(weights) else None
+        deviations = self.deviations() if relative_error else None
+        if deviations is None:
+            return None
+        plain, of_relative = deviations
+        return plain / np.hypot(plain, relative_error * of_relative)
+
+    def deviations(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Standard deviation of each datum, and that of FRFs with a relative error of 1.
+
+        None where the noise is unknown.
+        """
+        known = [each for each in map(_deviations, self.states) if each is not None]
+        if len(known) < len(self.states):
+            return None
+        plain, of_relative = (np.concatenate(parts) for parts in zip(*known, strict=True))
+        return plain, of_relative
 
     def of_experiment(self, mask: np.ndarray) -> np.ndarray:
         """Mask of residuals, of which those of the experiment are given and no others are set."""
@@ -265,15 +278,14 @@ def _from_content(content: Any, settings: Mapping[str, Any]) -> Problem:
     return Problem(experiment, data, sizes=sizes, baseline=baseline, further=further, **settings)
 
 
-def _weight(state: State, relative_error: float) -> np.ndarray | None:
+def _deviations(state: State) -> tuple[np.ndarray, np.ndarray] | None:
     noise, observe = state.experiment.noise, state.experiment.observe
     deviation = None if noise is None else noise.deviation(state.data)
     if deviation is None:
         return None
-    known = np.asarray(deviation)
-    return np.ravel(
-        known / np.hypot(known, relative_error * observe.relative(np.asarray(state.data.z)))
-    )
+    of_relative = observe.relative(np.asarray(state.data.z))
+    plain = np.broadcast_to(np.asarray(deviation), of_relative.shape)
+    return np.ravel(plain), np.ravel(of_relative)
 
 
 def sizes_of(experiment: Experiment) -> tuple[Unknown, ...]:

@@ -53,9 +53,13 @@ def sample(values: np.ndarray) -> np.ndarray:
     the sample.
     """
     size = values.shape[-1]
-    if size <= SAMPLE:
-        return values
-    return np.sqrt(size / SAMPLE) * values[..., evenly_spread(size, SAMPLE)]
+    return values if size <= SAMPLE else np.sqrt(size / SAMPLE) * at_sample(values)
+
+
+def at_sample(values: np.ndarray) -> np.ndarray:
+    """Values [..., datum] of the same sample, as they are."""
+    size = values.shape[-1]
+    return values if size <= SAMPLE else values[..., evenly_spread(size, SAMPLE)]
 
 
 class Thinned:
@@ -96,6 +100,10 @@ class Thinned:
         residual, log_scale = self.problem.squares.residuals(points, logarithmic)
         residual *= self.weight
         return residual, log_scale * self._log_weight
+
+    def deviations(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Standard deviation of each datum, see `Problem.deviations`."""
+        return self.problem.deviations()
 
     def prepare(self) -> None:
         """Compile the residuals, unless that is done. Any thread may."""

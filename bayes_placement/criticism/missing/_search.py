@@ -11,16 +11,19 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 
 from ..._processes import nothing
 from ...effects.effect import Effect
 from ...effects.library import kind_of
+from ...experiment.observe import Complex
+from ...inference.standardised_residual import LOGARITHMIC_ERROR
 from ._fitted_candidates import best_variants, extended, relocated
 from ._hypotheses import Hypothesis, logarithmic_jacobian, takes_long
 from ._posterior_odds import Comparison
 from ._repeated import may_be_added
 from ._scanned_candidates import Pair, ScannedCandidate, Tick
-from ._screening_lines import sample
+from ._screening_lines import at_sample, at_screening_lines, sample
 
 VARIANTS = 4
 """Variants of one kind that are fitted, such as a mass on one member or another."""
@@ -42,7 +45,7 @@ class Breadth(NamedTuple):
 
 ALL = Breadth()
 
-NARROW = Breadth(branches=2, kinds=3)
+NARROW = Breadth(branches=2)
 """Where a model error already explains most."""
 
 
@@ -115,8 +118,9 @@ def _pairs(comparison: Comparison, branches: Sequence[Hypothesis], most: int) ->
     """Hypotheses to extend and the effects to extend them by, each collection of kinds once.
 
     Of a kind a few variants, since the best one alone, such as a mass that was removed, need not be
-    the best one beside others. A further effect of a kind of the best hypothesis is tried where it
-    promises as much as the effects of other kinds, and takes the place of none of them.
+    the best one beside others. What takes long is added to the best hypothesis alone. A further
+    effect of a kind of the best hypothesis is tried where it promises as much as the effects of
+    other kinds, and takes the place of none of them.
     """
     null, best = comparison.of(()), comparison.distinct()[0]
     tried = {hypothesis.kinds for hypothesis in comparison.hypotheses}
@@ -127,7 +131,9 @@ def _pairs(comparison: Comparison, branches: Sequence[Hypothesis], most: int) ->
             effect, kind = candidate.effect, kind_of(candidate.effect)
             extension = tuple(sorted((*branch.kinds, kind)))
             is_further = len(set(variants) - set(branch.kinds)) < most and extension not in tried
-            if effect.tried_last or not (kind in variants or is_further):
+            if not (kind in variants or is_further):
+                continue
+            if effect.tried_last and branch is not branches[0]:
                 continue
             if may_be_added(effect, candidate.problem, branch, best):
                 tried.add(extension)
@@ -142,19 +148,45 @@ def _by_promise(
     """Sort candidates by the least cost of the branch with their effect, to first order.
 
     Logarithms of FRFs add what effects do, as far as these do not act on each other: so the
-    change that a scan saw without the branch is added to the residual of the branch.
+    change that a scan saw without the branch is added to the residual of the branch. Each line
+    counts by its noise, with what the branch misses: near the truth little but noise is left.
     """
     of_branch, of_null = logarithmic_jacobian(branch), logarithmic_jacobian(null)
+    weight = at_sample(_weight(branch, of_branch.residual[0]))
     residual, before, slopes = map(
         sample, (of_branch.residual, of_null.residual, of_branch.slopes[0])
     )
+    residual, slopes = weight * residual, weight * slopes
     curvature = slopes @ slopes.T + np.eye(len(slopes))
 
     def least_cost(candidate: ScannedCandidate) -> float:
-        total = residual + (candidate.scan.residual - before)
+        total = residual + weight * (candidate.scan.residual - before)
         pull = total @ slopes.T
         absorbed = np.einsum("bi,bi->b", pull, np.linalg.solve(curvature, pull.T).T)
         return float(np.nanmin(np.einsum("bn,bn->b", total, total) - absorbed))
 
     costs = [least_cost(candidate) for candidate in candidates]
     return [candidates[place] for place in np.argsort(costs, kind="stable")]
+
+
+def _weight(branch: Hypothesis, residual: np.ndarray) -> np.ndarray:
+    """Weight of each logarithmic residual: as plain ones have, with a further relative error.
+
+    That error is what the branch misses besides noise: with it the reduced chi-square is 1. Without
+    known noise, and where residuals are no logarithms, all weigh the same.
+    """
+    deviations = at_screening_lines(branch.problem).deviations()
+    if deviations is None or not isinstance(branch.problem.experiment.observe, Complex):
+        return np.ones_like(residual)
+    plain, of_relative = deviations
+    size = np.sqrt(2) * LOGARITHMIC_ERROR * of_relative  # half of a relative error in each part
+
+    def weight(further: float) -> np.ndarray:
+        return np.nan_to_num(size / np.hypot(plain, further * of_relative))
+
+    def excess(further: float) -> float:
+        return float(np.sum((residual * weight(further)) ** 2)) - branch.problem.count
+
+    # With the whole residual as an error of the model there is no excess.
+    most = np.sqrt(2) * LOGARITHMIC_ERROR * float(np.linalg.norm(residual))
+    return weight(brentq(excess, 0.0, most) if excess(0.0) > 0 else 0.0)

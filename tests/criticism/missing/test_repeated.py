@@ -192,6 +192,29 @@ def test_two_masses_are_found_at_their_places(found):
     assert [h.kinds for h in found.hypotheses].count(best.kinds) == 1
 
 
+def test_lines_count_by_their_noise_where_further_effects_are_chosen(found):
+    """Near the truth as plain residuals; far from it so that all that is missed is one error."""
+    best, null = found.best(), found.of(())
+    logarithmic = best.problem.squares.residuals(best.fit.point[None], True)[0][0]
+    weighted = logarithmic * _search._weight(best, logarithmic)
+    assert np.sum(weighted**2) == pytest.approx(np.sum(best.residual**2), rel=0.02)
+    far = null.problem.squares.residuals(null.fit.point[None], True)[0][0]
+    weights = _search._weight(null, far)
+    assert np.sum((far * weights) ** 2) == pytest.approx(null.problem.count, rel=1e-6)
+    assert null.chi2_per_datum > 10
+
+
+def test_what_takes_long_is_tried_beside_the_best_hypothesis_alone(found, monkeypatch):
+    null, single = found.of(()), found.of(("point_mass",))
+    (patch,) = effects.library(experiment(), ["segment_mass"]).effects
+    assert patch.tried_last
+    candidate = Mock(effect=patch, problem=null.problem.with_effect(patch))
+    pool = found._replace(hypotheses=[null, single], candidates=[candidate])
+    monkeypatch.setattr(_search, "_by_promise", lambda *_: [candidate])
+    pairs = _search._pairs(pool, [single, null], 5)
+    assert [[branch.kinds for branch, _ in of_kind] for of_kind in pairs] == [[single.kinds]]
+
+
 def test_one_mass_is_not_two():
     hypotheses = searched(MASS)
     assert {len(h.effects) for h in hypotheses.hypotheses} == {0, 1, 2}
