@@ -270,7 +270,7 @@ def _deepened(
         # the root of a cantilever stands for one against rotation.
         if laws is not None:
             comparison = with_networks(comparison, laws)
-        comparison = with_other_laws(comparison, tick)
+        comparison = with_other_laws(comparison, tick, laws)
     return comparison
 
 

@@ -138,17 +138,22 @@ def _network(law: NamedLaw) -> Network:
     return law.port.acts_on, law.tree
 
 
-def with_other_laws(comparison: Comparison, tick: Tick) -> Comparison:
+def with_other_laws(
+    comparison: Comparison, tick: Tick, looked: LawsBeside | None = None
+) -> Comparison:
     """Try all networks in the place of each one of the best hypothesis of several effects.
 
-    Alone, a network took up a little of what the others do: beside them it may be another one.
+    Alone, a network took up a little of what the others do: beside them it may be another one, and
+    on another kind of port. With a model error, where that takes minutes, it stays where it is.
 
     Parameters
     ----------
     comparison
         Hypotheses.
     tick
-        Called once for each network that is replaced.
+        Called once for each network that is replaced, and once for each kind of port.
+    looked
+        Laws that were looked for beside a hypothesis, and are not looked for again.
     """
     best, null = comparison.best(), comparison.of(())
     networks = [effect for effect in best.effects if kind_of(effect) in comparison.networks]
@@ -156,7 +161,11 @@ def with_other_laws(comparison: Comparison, tick: Tick) -> Comparison:
         return comparison
     for effect in networks:
         rest = without(best, effect.name, null)
-        laws = _probable(_laws_at_place_of(effect, best, rest))
+        found = _laws_at_place_of(effect, best, rest)
+        is_known = looked is not None and looked.base.kinds == rest.kinds
+        if not (best.has_errors or is_known) and tells_phase(null.problem):
+            found += reached_ports(rest.problem, rest.fit.point, tick)[1]
+        laws = _probable(found)
         comparison = _with_laws(comparison, rest, laws)
         pairs: list[Pair] = [(rest, each) for each in _listed_effects(comparison, laws)]
         comparison = comparison.with_hypotheses(extended([[pair] for pair in pairs], tick))
