@@ -14,7 +14,8 @@ COMMANDS = ("pip", "python", "bayes-placement", "sphinx-build")
 FENCED = re.compile(r"^```(python|toml)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 INDENTED = re.compile(r"(?<=\n\n)((?: {4}.*\n|\n)+)")
 SAVED = re.compile(r"[Ss]ave (?:this|it) as\s+`(\w+\.(?:py|toml))`")
-CLUSTER = "dask_jobqueue"
+OPTIONAL = ("dask_jobqueue", "ansys")
+"""Libraries without which blocks that name them are left out: a cluster, and one that is large."""
 
 
 class Block(NamedTuple):
@@ -89,10 +90,15 @@ def written(section, folder, prefix):
     """Names of the files of the blocks that can run here, as they are to be saved."""
     names = []
     for number, block in enumerate(section):
-        if CLUSTER in block.code and importlib.util.find_spec(CLUSTER) is None:
-            continue  # it needs a cluster run by Slurm
+        if any(name in block.code and not is_installed(name) for name in OPTIONAL):
+            continue
         name = block.file or f"{prefix}_{number}.py"
         (folder / name).write_text(block.code)
         if name.endswith(".py"):
             names.append(name)
     return names
+
+
+def is_installed(library):
+    """Whether a library can be imported."""
+    return importlib.util.find_spec(library) is not None

@@ -1,4 +1,4 @@
-"""The commands of README.md run as they stand, in their order: minutes, so by `-m longest`."""
+"""Commands of README.md and of how-to pages run as they stand: minutes, so by `-m longest`."""
 
 import re
 import shlex
@@ -11,19 +11,23 @@ from bayes_placement.cli.app import app
 from tests.code_blocks import ROOT, blocks
 
 LINE = re.compile(r"^ {4}(?:pip install \. && )?bayes-placement (.+)$", re.MULTILINE)
-OF_THE_READER = ("measured.mat", "path/to/case", "model.py --state", "--model-error")
-"""What only a reader has: files of their own, and options that are shown without a model."""
+PAGES = ("README.md", *(f"notebooks/docs/how_to/{name}.md" for name in ("results", "parameters")))
+"""Pages whose commands run on files of the repository, one after another."""
 
 
 def commands():
-    """Words of each command that runs on files of the repository and of README itself."""
-    lines = LINE.findall((ROOT / "README.md").read_text())
-    return [line for line in lines if not any(words in line for words in OF_THE_READER)]
+    """Words of each command of these pages, and of those on a model of the repository."""
+    lines = [line for page in PAGES for line in LINE.findall((ROOT / page).read_text())]
+    others = sorted(
+        {*(ROOT / "notebooks/docs/how_to").glob("*.md")} - {ROOT / page for page in PAGES}
+    )
+    further = [line for page in others for line in LINE.findall(page.read_text())]
+    return lines + [line for line in further if re.fullmatch(r"\w+ models/\S+", line)]
 
 
 def test_commands_are_found():
     begun = [line.split()[0] for line in commands()]
-    assert {"improve", "report", "check", "explain", "update", "place"} <= set(begun)
+    assert {"improve", "report", "check", "explain", "update", "place"} == set(begun)
 
 
 @pytest.mark.long
@@ -31,11 +35,11 @@ def test_commands_are_found():
 @pytest.mark.usefixtures("optimised")
 def test_commands_run_in_their_order(tmp_path, monkeypatch):
     shutil.copytree(ROOT / "models", tmp_path / "models")
-    saved = {block.file: block.code for block in blocks((ROOT / "README.md").read_text())}
-    (tmp_path / "my_model.py").write_text(saved["my_model.py"])
+    (saved,) = (block for block in blocks((ROOT / "README.md").read_text()) if block.file)
+    (tmp_path / saved.file).write_text(saved.code)
     monkeypatch.chdir(tmp_path)
-    for line in commands():
-        done = CliRunner().invoke(app, shlex.split(line))
+    for line in [*commands(), "show my_model.py"]:
+        done = CliRunner().invoke(app, shlex.split(line, comments=True))
         fails_its_check = line.startswith("check")
         assert done.exit_code == fails_its_check, (line, done.output, done.exception)
         if not line.startswith("report"):

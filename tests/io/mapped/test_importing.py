@@ -2,7 +2,6 @@
 
 import re
 import tomllib
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -465,16 +464,6 @@ def test_a_matrix_without_axes_is_refused_with_the_lines_that_are_needed(tmp_pat
         lines.replace("s2+x", "s2-y").replace("(m/s^2)/N", "g/N")
     )
     check_read(bp.io.read(tmp_path / "measured.toml"))
-
-
-def test_the_mapping_of_the_readme_works_as_it_stands(tmp_path):
-    readme = Path(__file__).parents[3] / "README.md"
-    [mapping] = re.findall(r"```toml\n(.*?)```", readme.read_text(), re.DOTALL)
-    (tmp_path / "measured.toml").write_text(mapping)
-    scipy.io.savemat(tmp_path / "measured.mat", {"H": ARRAYS["H"]})
-    measurement = bp.io.read_measurement(tmp_path / "measured.toml")
-    np.testing.assert_allclose(measurement.frf, FRF * GRAVITY)
-    np.testing.assert_allclose(measurement.frequency, LINES)
 
 
 @pytest.mark.parametrize("options", [{}, {"do_compression": True}])
