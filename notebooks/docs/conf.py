@@ -31,7 +31,8 @@ html_static_path = ["static"]
 html_css_files = ["site.css"]
 html_show_sourcelink = False
 html_sidebars = {
-    page: [] for page in ("index", "docs/gallery/index", "docs/glossary", "docs/method")
+    page: []
+    for page in ("index", "docs/gallery/index", "docs/glossary", "docs/method", "docs/search")
 }
 html_context = {"default_mode": "auto"}
 html_theme_options = {
@@ -126,14 +127,10 @@ def commands():
         usage = " ".join(["bayes-placement", name, *(p.name.upper() for p in arguments)])
         options = [p for p in command.params if p.param_type_name == "option"]
         named = [(p.name.upper(), p) for p in arguments] + [(p.opts[0], p) for p in options]
-        listed = "\n\n".join(f"`{word}`\n: {escaped(p.help)}" for word, p in named)
-        parts.append(f"## `{name}`\n\n{escaped(command.help)}\n\n    {usage}\n\n{listed}")
+        listed = "\n\n".join(f"`{word}`\n: {p.help}" for word, p in named)
+        below = command.epilog or ""
+        parts.append(f"## `{name}`\n\n{command.help}\n\n    {usage}\n\n{listed}\n\n{below}")
     return "\n\n" + "\n\n".join(parts) + "\n"
-
-
-def escaped(words):
-    """Plain text as Markdown; code in backticks stays."""
-    return re.sub(r"[<*_]", r"\\\g<0>", words)
 
 
 def without_fields(app, what, name, obj, skip, options):
