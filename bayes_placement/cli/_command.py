@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
 from ._begun import Common, begun
 from ._options import AsJson, NoCache, Quiet, Traceback, WriteReport, out
@@ -26,12 +27,36 @@ COMPUTING = ("report", "no_cache")
 """Options of commands that compute."""
 
 
+class PlainCommand(TyperCommand):
+    """A command of which `--help` shows no type of its flags."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Options and arguments, flags without a type."""
+        return _without_types(TyperCommand.get_params(self, ctx))
+
+
+class PlainGroup(TyperGroup):
+    """The program, of which `--help` shows no type of its flags."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Options of the program, flags without a type."""
+        return _without_types(TyperGroup.get_params(self, ctx))
+
+
+def _without_types(parameters: list[Any]) -> list[Any]:
+    for parameter in parameters:
+        if getattr(parameter, "is_flag", False):
+            parameter.metavar = ""
+    return parameters
+
+
 def command(
     app: typer.Typer,
     name: str | None = None,
     *,
     without: Collection[str] = (),
     searches: bool = False,
+    **shown: Any,
 ) -> Callable[[Function], Function]:
     """Make a function a command: it gets its output first, and returns the exit code.
 
@@ -45,6 +70,8 @@ def command(
         Shared options that it does not have.
     searches
         Whether it shares its work with other processes.
+    **shown
+        What `--help` shows of it; see `typer.Typer.command`.
     """
 
     def register(function: Function) -> Function:
@@ -66,7 +93,7 @@ def command(
 
         run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
         run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
-        app.command(name)(run)
+        app.command(name, cls=PlainCommand, **shown)(run)
         return function
 
     return register

@@ -11,6 +11,7 @@ from ..effects.library import classes_named, nearest_name, unknown_effect
 from ..experiment.experiment import Experiment, Measurements
 from ..io.model import Study
 from ._inputs import Inputs, read_inputs, read_measurement
+from ._next_command import command_on
 from ._run import Output
 from ._save import CompletedModel
 from ._shared_fits import fits_of_model
@@ -150,6 +151,16 @@ class Request:
                 progress=begin(command),
                 **settings,
             )
+
+    def command(self, name: str) -> str:
+        """Return another command on the same model, data and, of `improve`, candidates."""
+        words: dict[str, object] = {"--lines": self.most_lines}
+        if name == "improve":
+            words |= {"--effects": ",".join(self.kinds or ()), "--baseline": self.baseline}
+        flags = [word for option, value in words.items() if value for word in (option, str(value))]
+        flags += ["--model-error"] * self.model_error
+        flags += ["--alone"] * (self.alone and name == "improve")
+        return command_on(name, self.path, self.data, *flags)
 
     def _check_kinds(self) -> None:
         """Refuse names of which there is no effect, before anything is read."""

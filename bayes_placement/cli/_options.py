@@ -9,14 +9,17 @@ from ._names import EngineName, EstimatorName, FitEngineName, MarginalName, Sear
 
 Study = Annotated[
     Path,
-    typer.Argument(help="Python file that defines `experiment`, or folder with case.json."),
+    typer.Argument(
+        metavar="MODEL", help="Python file that defines `experiment`, or folder with case.json."
+    ),
 ]
 Data = Annotated[
     Path | None,
     typer.Option(
+        metavar="FILE",
         help="Measured FRFs: universal file, .mat, .npz, HDF5, CSV, .xlsx, or a mapping (TOML) "
         "that names such a file; or modal parameters, a universal file or CSV. Default: the "
-        "model's `measurement`."
+        "model's `measurement`.",
     ),
 ]
 Engine = Annotated[
@@ -38,8 +41,9 @@ FitEngine = Annotated[
 Effects = Annotated[
     str | None,
     typer.Option(
-        help="Effects to be tried, with commas: point_mass,gain_error; listed for all usual ones. "
-        "Default: these, and networks of springs, dashpots and masses that are in no list."
+        metavar="NAMES",
+        help="Effects to try, separated by commas: point_mass,gain_error. `listed` means all usual "
+        "ones. Default: these, and networks of springs, dashpots and masses.",
     ),
 ]
 Estimator = Annotated[
@@ -56,16 +60,21 @@ Search = Annotated[
 About = Annotated[
     str | None,
     typer.Option(
-        help="Parameters to learn about, with commas, all others at nominal values: "
-        "structure.damping.ratio.1. Default: all."
+        metavar="NAMES",
+        help="Parameters to learn about, separated by commas, all others at nominal values: "
+        "structure.damping.ratio.1. Default: all.",
     ),
 ]
 Sensors = Annotated[
-    int | None, typer.Option(help="Sensors to place. Default: those that the model declares.")
+    int | None,
+    typer.Option(
+        metavar="NUMBER", help="Sensors to place. Default: those that the model declares."
+    ),
 ]
 Places = Annotated[
     int,
     typer.Option(
+        metavar="NUMBER",
         help="Positions to try for each sensor and actuator, evenly along a line, far apart in "
         "space.",
         min=1,
@@ -74,13 +83,16 @@ Places = Annotated[
 Lines = Annotated[
     int,
     typer.Option(
-        help="Frequency lines to use, evenly over the band, where the model has more.", min=1
+        metavar="NUMBER",
+        help="Frequency lines to use, evenly over the band, where the model has more.",
+        min=1,
     ),
 ]
 MostLines = Annotated[
     int | None,
     typer.Option(
         "--lines",
+        metavar="NUMBER",
         help="Most lines to take, dense where the FRFs change most. Default: all that the model "
         "declares, up to 50,000 values.",
         min=1,
@@ -97,14 +109,16 @@ ModelError = Annotated[
 Baseline = Annotated[
     Path | None,
     typer.Option(
+        metavar="FILE",
         help="FRFs of an earlier state of the structure, as for --data: effects are new since. "
-        "Default: the model's `baseline`, or the files that a case names."
+        "Default: the model's `baseline`, or the files that a case names.",
     ),
 ]
 States = Annotated[
     list[str] | None,
     typer.Option(
         "--state",
+        metavar="LABEL=FILE",
         help="A label and the FRFs of one state of the structure, cut=cut.uff; once for each "
         "state, the first is the baseline. Default: the model's `states`, or those of a case.",
     ),
@@ -114,45 +128,56 @@ EarlierData = Annotated[
     Path | None,
     typer.Option(
         "--data",
+        metavar="FILE",
         help="What has been measured, a file as for `update`: the next measurement adds to it.",
     ),
 ]
 Noise = Annotated[
     float | None,
     typer.Option(
+        metavar="NUMBER",
         help="Standard deviation of log10 of the amplitude. Default: as the model declares, or as "
-        "the coherence of its data tells.",
+        "the coherence of the data tells.",
     ),
 ]
 LeastDistance = Annotated[
     float | None,
     typer.Option(
+        metavar="NUMBER",
         help="Least distance [m] between sensors, and between actuators. Default: 1 % of the "
-        "structure."
+        "structure.",
     ),
 ]
 Forbidden = Annotated[
     list[str] | None,
-    typer.Option(help="Region [m] in which nothing is placed, 0.4:0.45; may be repeated."),
+    typer.Option(
+        metavar="FROM:TO", help="Region [m] in which nothing is placed, 0.4:0.45; may be repeated."
+    ),
 ]
 Cost = Annotated[
     list[str] | None,
     typer.Option(
+        metavar="NAME=NUMBER",
         help="Information [nat] that a sensor or actuator must add to be used, s2=0.1; may be "
-        "repeated."
+        "repeated.",
     ),
 ]
-Workers = Annotated[int | None, typer.Option(help="Processes on this machine.", min=1)]
+Workers = Annotated[
+    int | None, typer.Option(metavar="NUMBER", help="Processes on this machine.", min=1)
+]
 Dask = Annotated[
     str | None,
-    typer.Option(help='Dask scheduler, tcp://host:8786, or "local" with --workers processes.'),
+    typer.Option(
+        metavar="ADDRESS",
+        help='Dask scheduler, tcp://host:8786, or "local" with --workers processes.',
+    ),
 ]
 
 
 def out(source: str, command: str) -> Any:
     """Return the annotation of `--out` of a command: where its results go by default."""
     words = f"Folder of the results. Default: a new one, results/{source}/{command}-1."
-    return Annotated[Path | None, typer.Option(help=words)]
+    return Annotated[Path | None, typer.Option(metavar="FOLDER", help=words)]
 
 
 Quiet = Annotated[
@@ -170,7 +195,9 @@ WriteReport = Annotated[
 ]
 Seed = Annotated[
     int,
-    typer.Option(help="The same seed gives the same result.", min=0, max=2**63 - 1),
+    typer.Option(
+        metavar="NUMBER", help="The same seed gives the same result.", min=0, max=2**63 - 1
+    ),
 ]
 NoCache = Annotated[
     bool,
@@ -185,19 +212,36 @@ Traceback = Annotated[
 ForeignFile = Annotated[
     Path,
     typer.Argument(
+        metavar="FILE",
         help="Measured FRFs: universal file, .mat, .npz, HDF5, CSV, .xlsx; or a folder with data, "
-        "mapping and channel table."
+        "mapping and channel table.",
     ),
 ]
 Mapping = Annotated[
     Path | None,
-    typer.Option(help="TOML file that says what the data do not: axes, names, units, case."),
+    typer.Option(
+        metavar="FILE", help="TOML file that says what the data do not: axes, names, units, case."
+    ),
 ]
 Shown = Annotated[
     Path,
-    typer.Argument(help="Model file, folder with case.json, or file of measured FRFs or modes."),
+    typer.Argument(
+        metavar="MODEL|FILE",
+        help="Model file, folder with case.json, or file of measured FRFs or modes.",
+    ),
 ]
-NewFolder = Annotated[Path, typer.Argument(help="Folder of the files, which is made.")]
+ShownData = Annotated[
+    Path | None,
+    typer.Option(
+        "--data",
+        metavar="FILE",
+        help="Measured FRFs that are drawn with the model as it is drawn, nothing fitted. Default: "
+        "the model's `measurement`, drawn alone.",
+    ),
+]
+NewFolder = Annotated[
+    Path, typer.Argument(metavar="FOLDER", help="Folder for the new files; it is made.")
+]
 AsCase = Annotated[
     bool,
     typer.Option(
@@ -209,34 +253,56 @@ AsCase = Annotated[
 Channels = Annotated[
     Path | None,
     typer.Option(
-        # Unescaped, a bracket is taken for markup and left out.
-        help=r"Channel table, a workbook or CSV: name, role, x \[mm], tolerance \[mm], ..."
+        metavar="FILE",
+        help="Channel table, a workbook or CSV: name, role, x [mm], tolerance [mm], ...",
     ),
 ]
 Save = Annotated[
     Path | None,
     typer.Option(
+        metavar="PATH",
         help="Model file to which the completed model is written, or case folder where the model "
-        "is one; its posterior goes to the results."
+        "is one; its posterior goes to the results.",
     ),
+]
+EffectName = Annotated[str, typer.Argument(metavar="EFFECT", help="Name of the effect, see below.")]
+NewModel = Annotated[
+    Path, typer.Option("--save", metavar="FILE", help="The new model file, which is not there yet.")
 ]
 Results = Annotated[
     Path,
-    typer.Argument(help="Folder of the results of check, explain, improve, update or place."),
+    typer.Argument(
+        metavar="FOLDER", help="Folder of the results of check, explain, improve, update or place."
+    ),
+]
+AllResults = Annotated[
+    Path | None,
+    typer.Argument(
+        metavar="FOLDER", help="Folder with the results of each model. Default: results."
+    ),
+]
+Clean = Annotated[
+    bool,
+    typer.Option(
+        "--clean", help="Delete the fits, which a later run makes again. Results and reports stay."
+    ),
 ]
 To = Annotated[
     Path | None,
     typer.Option(
+        metavar="FILE",
         help="The page. Results of another state or week are added to one that is there, under "
-        "their --label. Default: report.html in the folder."
+        "their --label. Default: report.html in the folder.",
     ),
 ]
 Label = Annotated[
     str | None,
-    typer.Option(help="Name of these results in the report. Default: that of the folder."),
+    typer.Option(
+        metavar="WORD", help="Name of these results in the report. Default: that of the folder."
+    ),
 ]
-Title = Annotated[str | None, typer.Option(help="Title of the page.")]
+Title = Annotated[str | None, typer.Option(metavar="WORDS", help="Title of the page.")]
 Comments = Annotated[
     list[str] | None,
-    typer.Option("--comment", help="A paragraph of yours; once for each."),
+    typer.Option("--comment", metavar="WORDS", help="A paragraph of yours; once for each."),
 ]

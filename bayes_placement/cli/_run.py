@@ -175,7 +175,7 @@ class Run:
         if self.with_report:
             self.attempt("The report", partial(self._write_report, screen))
         screen.list(self.not_drawn)
-        screen.verdict(f"Results are in {self.top}/")
+        screen.always(f"Results are in {self.top}/")
         screen.json({**self.record, "folder": str(self.top), "result": result})
         return code
 

@@ -103,24 +103,26 @@ class CompletedModel(NamedTuple):
 
     def _head(self, added: list[Effect], original: str, body: str) -> str:
         reader = "modal_parameters.read" if self._is_modal else "read_measurement"
-        data = f"bp.io.{reader}(HERE / {self._from_here(self.data)!r})" if self.data else ""
+        data = (
+            f"bp.io.{reader}(HERE / {from_folder_of(self.path, self.data)!r})" if self.data else ""
+        )
         of_standard = "import dataclasses\n" if "dataclasses" in body else ""
         of_package = IMPORT if self._is_modal else ""
         return HEAD.format(
             model=self.model.name,
             effects=", ".join(effect.name for effect in added) or "none is claimed",
             reader="case" if self.model.is_dir() else "model",
-            path=self._from_here(self.model),
+            path=from_folder_of(self.path, self.model),
             measurement=data or "study.measurement",
             imports=of_standard + IMPORTS + of_package + imports_of(body),
             original=original,
             model_error=(".with_model_error(bp.model_error.Modal())" if self.model_error else ""),
         )
 
-    def _from_here(self, path: Path | None) -> str:
-        """Path of a file from the folder of the new one."""
-        target = str(Path(path or ".").resolve())
-        return Path(os.path.relpath(target, self.path.resolve().parent)).as_posix()
+
+def from_folder_of(new: Path, path: Path) -> str:
+    """Path of a file from the folder of a new one."""
+    return Path(os.path.relpath(path.resolve(), new.resolve().parent)).as_posix()
 
 
 def completed_model(

@@ -74,9 +74,13 @@ class Screen(NamedTuple):
             self.text(f"  {note}")
 
     def verdict(self, text: str) -> None:
+        """Print the verdict, in bold on a terminal; as all that is shown in any case."""
+        self.always(text, style="bold")
+
+    def always(self, text: str, style: str = "") -> None:
         """Print what is shown in any case, save where JSON is asked for."""
         if not self.as_json:
-            print_text(self.console, text)
+            print_text(self.console, text, style)
 
     def json(self, content: Mapping[str, Any]) -> None:
         """Print an object of JSON, where that is asked for."""
@@ -95,7 +99,7 @@ class Screen(NamedTuple):
         files
             The files, all of one folder.
         """
-        self.verdict(verdict)
+        self.always(verdict)
         answer = {"command": command, "finished": True, "verdict": verdict, "exit_code": 0}
         names = [file.name for file in files]
         self.json({**answer, "files": names, "folder": str(files[0].parent), "result": {}})
@@ -107,22 +111,27 @@ class Screen(NamedTuple):
         return progress_bars(self.progress_console, tasks)
 
 
-def print_text(console: Console, text: object) -> None:
-    """Print text as it is, without colours, markup or line breaks of its own."""
-    console.print(printable(text), highlight=False, soft_wrap=True, markup=False)
+def print_text(console: Console, text: object, style: str = "") -> None:
+    """Print text as it is, without markup or line breaks of its own."""
+    console.print(printable(text), style=style, highlight=False, soft_wrap=True, markup=False)
 
+
+HEADINGS = {"chi2 per datum": "reduced chi-square"}
+"""Headings of tables as the field calls them, where they are others."""
 
 NOTES = {
-    "chi2 per datum": "chi2 per datum: reduced chi-square, the squared misfit over that of the "
-    "noise; a right model has 1.",
+    "reduced chi-square": "reduced chi-square: the squared misfit over that of the noise; a "
+    "correct model has 1.",
     "log evidence": "log evidence: greater is better; a difference of 3 is a factor of 20 in odds.",
     "log evidence gained": "log evidence gained: over the model as given; greater is better, and 3 "
     "more is a factor of 20 in odds.",
     "held out": "held out: how well data left out of the fit are predicted, the mean log density "
     "of a datum; greater is better.",
-    "p of score": "p of score: probability of so strong a trace of the effect in a right model.",
-    "information [nat]": "nat: unit of information; 0.69 nat, a bit, halves what is possible.",
-    "p of whiteness": "p of whiteness: small where residuals of neighbouring lines are alike.",
+    "p of score": "p of score: probability that a correct model shows so strong a trace of the "
+    "effect.",
+    "information [nat]": "nat: unit of information; a gain of 0.69 nat (one bit) halves what is "
+    "still possible.",
+    "p of whiteness": "p of whiteness: small where residuals of neighbouring lines are correlated.",
     "predictive p": "predictive p: share of data simulated by the model with a larger misfit.",
     "exact chi2": "exact chi2: reduced chi-square without the model error.",
 }
@@ -131,7 +140,8 @@ NOTES = {
 
 def notes(table: pd.DataFrame) -> list[str]:
     """Explain the columns of a table that are not plain."""
-    return [note for heading, note in NOTES.items() if heading in table.columns]
+    headings = {HEADINGS.get(heading, heading) for heading in table.columns}
+    return [note for heading, note in NOTES.items() if heading in headings]
 
 
 def terminal_table(data: pd.DataFrame, index_title: str, width: int) -> Table:
@@ -148,7 +158,8 @@ def terminal_table(data: pd.DataFrame, index_title: str, width: int) -> Table:
     width
         Width of the terminal.
     """
-    headings = [index_title, *map(printable, data.columns)]
+    columns = [HEADINGS.get(heading, heading) for heading in data.columns]
+    headings = [index_title, *map(printable, columns)]
     rows = [[printable(cell) for cell in (name, *row)] for name, row in data.iterrows()]
     columns = [[heading, *(row[place] for row in rows)] for place, heading in enumerate(headings)]
     least = [max(map(_longest, column)) for column in columns]

@@ -1,18 +1,28 @@
 """Commands of `bayes-placement` and their options; JAX is imported only once a command runs."""
 
 from importlib.metadata import version as installed_version
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from . import _options as option
-from ._command import COMPUTING, command
+from ._command import COMPUTING, PlainCommand, PlainGroup, command
 from ._errors import errors_in_words
+from ._help import effects_by_group, examples
 
 if TYPE_CHECKING:
     from ._run import Output
 
-app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
+BEGIN, ASK, HAND_ON = "Begin", "Ask", "Hand on"
+"""Groups of commands."""
+
+app = typer.Typer(
+    cls=PlainGroup,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+)
 
 
 def _show_version(wanted: bool) -> bool:
@@ -32,13 +42,96 @@ Version = Annotated[
 def main(version: Version = False) -> None:
     """Bayesian updating of structures whose sensors are at uncertain positions.
 
+    Begin with `bayes-placement init`, or `bayes-placement improve models/hidden_effect.py`. Options
+    and examples of a command: `bayes-placement improve --help`.
+
     Exit codes: 0 done; 1 the model fails its check; 2 the command was typed wrongly; 3 the model
     file or the data are refused; 4 this program failed; 5 its words could not be printed; 129, 130,
     143 stopped.
     """
 
 
-@command(app)
+@app.command(
+    cls=PlainCommand,
+    rich_help_panel=BEGIN,
+    epilog=examples("init bar", "init bar --channels channels.xlsx", "init laboratory --case"),
+)
+def init(
+    folder: option.NewFolder,
+    channels: option.Channels = None,
+    case: option.AsCase = False,
+    quiet: option.Quiet = False,
+    as_json: option.AsJson = False,
+    traceback: option.Traceback = False,
+) -> None:
+    """Write a commented model file or mapping to begin with, from a channel table if any."""
+    with errors_in_words(folder, show_traceback=traceback, as_json=as_json):
+        from . import init
+        from ._terminal import Screen
+
+        Screen.of(quiet, as_json).written("init", *init.run(folder, channels, case))
+
+
+@command(
+    app,
+    without=COMPUTING,
+    rich_help_panel=BEGIN,
+    epilog=examples("show model.py", "show model.py --data measured.uff", "show measured.uff"),
+)
+def show(output: "Output", path: option.Shown, data: option.ShownData = None) -> int:
+    """Show channels, places, FRFs and geometry of a model or file before anything is fitted."""
+    from . import show
+
+    return show.run(path, data, output)
+
+
+@app.command(
+    cls=PlainCommand,
+    rich_help_panel=BEGIN,
+    context_settings={"allow_extra_args": True, "ignore_unknown_options": True},
+    epilog=examples(
+        "add model.py point_mass --mass 0.5 --at 0.37 --save heavier.py",
+        "add model.py ground_spring --stiffness 'LogUniform(1e3, 1e6)' --at 0.2 --save held.py",
+    )
+    + effects_by_group(),
+)
+def add(
+    context: typer.Context,
+    model: option.Study,
+    effect: option.EffectName,
+    save: option.NewModel,
+    quiet: option.Quiet = False,
+    as_json: option.AsJson = False,
+    traceback: option.Traceback = False,
+) -> None:
+    """Write a model with one effect more, whose numbers and places are typed in SI."""
+    with errors_in_words(model, show_traceback=traceback, as_json=as_json):
+        from . import add
+        from ._terminal import Screen
+
+        sentence = add.run(model, effect, context.args, save)
+        Screen.of(quiet, as_json).written("add", sentence, [save])
+
+
+@command(
+    app,
+    "import",
+    without=COMPUTING,
+    rich_help_panel=BEGIN,
+    epilog=examples("import measured.mat --mapping measured.toml --out case"),
+)
+def import_file(output: "Output", path: option.ForeignFile, mapping: option.Mapping = None) -> int:
+    """Turn files of other programs into a case folder, and say what was read and what was not."""
+    from . import import_file
+
+    return import_file.run(path, mapping, output)
+
+
+@command(
+    app,
+    rich_help_panel=ASK,
+    epilog=examples("update model.py --data measured.uff", "update model.py --engine all"),
+)
 def update(
     output: "Output",
     model: option.Study,
@@ -53,7 +146,7 @@ def update(
     return update.run(model, data, engine, marginal, output, seed)
 
 
-@command(app)
+@command(app, rich_help_panel=ASK, epilog=examples("check model.py --data measured.uff"))
 def check(
     output: "Output",
     model: option.Study,
@@ -69,7 +162,16 @@ def check(
     return check.run(model, data, engine, output, seed, lines, model_error)
 
 
-@command(app, searches=True)
+@command(
+    app,
+    searches=True,
+    rich_help_panel=ASK,
+    epilog=examples(
+        "explain model.py --data measured.uff",
+        "explain model.py --effects point_mass,compliant_support",
+    )
+    + effects_by_group(),
+)
 def explain(
     output: "Output",
     model: option.Study,
@@ -90,7 +192,17 @@ def explain(
     return explain.run(request)
 
 
-@command(app, searches=True)
+@command(
+    app,
+    searches=True,
+    rich_help_panel=ASK,
+    epilog=examples(
+        "improve model.py --data measured.uff --report",
+        "improve model.py --baseline before.uff",
+        "improve model.py --save completed.py",
+    )
+    + effects_by_group(),
+)
 def improve(
     output: "Output",
     model: option.Study,
@@ -114,15 +226,14 @@ def improve(
     return improve.run(request)
 
 
-@command(app, "import", without=COMPUTING)
-def import_file(output: "Output", path: option.ForeignFile, mapping: option.Mapping = None) -> int:
-    """Turn files of other programs into a case folder, and say what was read and what was not."""
-    from . import import_file
-
-    return import_file.run(path, mapping, output)
-
-
-@command(app)
+@command(
+    app,
+    rich_help_panel=ASK,
+    epilog=examples(
+        "place model.py --least-distance 0.05 --forbidden 0.4:0.45",
+        "place model.py --data measured.uff --estimator separation",
+    ),
+)
 def place(
     output: "Output",
     model: option.Study,
@@ -162,7 +273,14 @@ def place(
     return place.run(model, data, options, output)
 
 
-@app.command()
+@app.command(
+    cls=PlainCommand,
+    rich_help_panel=HAND_ON,
+    epilog=examples(
+        "report results/model/improve-1",
+        'report results/model/improve-2 --to report.html --label "week 2"',
+    ),
+)
 def report(
     results: option.Results,
     to: option.To = None,
@@ -183,29 +301,24 @@ def report(
         Screen.of(quiet, as_json).written("report", f"Report to hand on: {page}", files)
 
 
-@command(app, without=COMPUTING)
-def show(output: "Output", path: option.Shown) -> int:
-    """Show channels, places, FRFs and geometry of a model or file before anything is fitted."""
-    from . import show
-
-    return show.run(path, output)
-
-
-@app.command()
-def init(
-    folder: option.NewFolder,
-    channels: option.Channels = None,
-    case: option.AsCase = False,
+@app.command(
+    cls=PlainCommand,
+    rich_help_panel=HAND_ON,
+    epilog=examples("results", "results --clean"),
+)
+def results(
+    folder: option.AllResults = None,
+    clean: option.Clean = False,
     quiet: option.Quiet = False,
     as_json: option.AsJson = False,
     traceback: option.Traceback = False,
 ) -> None:
-    """Write a commented model file or mapping to begin with, from a channel table if any."""
-    with errors_in_words(folder, show_traceback=traceback, as_json=as_json):
-        from . import init
+    """List the results of all models with age and size, and delete fits that can be made again."""
+    with errors_in_words(Path(), show_traceback=traceback, as_json=as_json):
+        from . import results
         from ._terminal import Screen
 
-        Screen.of(quiet, as_json).written("init", *init.run(folder, channels, case))
+        results.run(folder, clean, Screen.of(quiet, as_json))
 
 
 def _split(words: str | None) -> list[str] | None:

@@ -13,6 +13,7 @@ from ..plots import modes as mode_plots
 from ..plots import posterior as posterior_plots
 from ._findings import FINDINGS, of_check, of_models
 from ._inputs import infer_posterior, read_inputs
+from ._next_command import command_on
 from ._run import Drawing, Output, Run, numbered
 from ._shared_fits import method_from_fit
 
@@ -66,6 +67,12 @@ def run(
     sentences = [*misfit.words(), *cautions, *warnings_of(posterior)]
     told = {misfit.verdict(), *inputs.data_faults}
     screen.list(sentence for sentence in sentences if sentence not in told)
+    flags = ["--model-error"] * model_error
+    flags += [] if most_lines is None else ["--lines", str(most_lines)]
+    if misfit.passed:
+        screen.text(f"What the data say of the parameters: {command_on('update', path, data)}")
+    else:
+        screen.text(f"What is missing: {command_on('explain', path, data, *flags)}")
     _write(misfit, sentences, run)
     run.verdict(misfit.verdict())
     kept = of_check(posterior, misfit, inputs.experiment, inputs.measurement)

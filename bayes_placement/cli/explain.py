@@ -21,6 +21,10 @@ def run(request: Request) -> int:
     inputs.screen.list(further)
     inputs.run.verdict(verdict)
     inputs.screen.list(_write(ranking, inputs, inputs.run))
+    if ranking.claimed:
+        inputs.screen.text(f"How far the error falls with it: {request.command('improve')}")
+    else:
+        inputs.screen.text(f"Where the misfit is: {request.command('check')}")
     return inputs.run.finish(inputs.screen, verdict, ranking.to_json())
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import pandas as pd
 from matplotlib.figure import Figure
 
+from .._types import UsageError
 from ..experiment._measurement_words import counted
 from ..experiment.experiment import Experiment
 from ..experiment.measurement import Measurement
@@ -19,18 +20,20 @@ from ..io._modal_files import holds_modal_parameters
 from ..plots import measurement as measurement_plots
 from ..plots import structure as structure_plots
 from ..positions.bounds import position_text
-from ._inputs import print_data_faults, read_study
+from ._inputs import print_data_faults, read_measurement, read_study
 from ._run import Drawing, Output, Run
 from ._terminal import Screen
 
 
-def run(path: Path, output: Output) -> int:
+def run(path: Path, data: Path | None, output: Output) -> int:
     """Show what a model file, a case folder or a file of FRFs declares, and draw it.
 
     Parameters
     ----------
     path
         Model file, case folder, or file of measured FRFs.
+    data
+        File of a measurement that is drawn with the model; None for what the model holds.
     output
         Where tables and figures go.
 
@@ -40,13 +43,21 @@ def run(path: Path, output: Output) -> int:
         The exit code.
     """
     is_model = path.is_dir() or path.suffix == ".py" or not path.exists()
-    return _show_model(path, output) if is_model else _show_file(path, output)
+    if data is not None and not is_model:
+        raise UsageError(
+            f"--data {data} was given beside {path}, a file of measurements; a model file or case "
+            f"folder is needed, since it is drawn with the data: bayes-placement show model.py "
+            f"--data {data}"
+        )
+    return _show_model(path, data, output) if is_model else _show_file(path, output)
 
 
-def _show_model(path: Path, output: Output) -> int:
+def _show_model(path: Path, data: Path | None, output: Output) -> int:
     screen = output.screen
     with files_read() as files:
         study = read_study(path)
+        if data is not None:
+            study = study._replace(measurement=read_measurement(data))
     run = output.begin("show", path, files=files)
     experiment = study.experiment
     screen.text(f"{experiment}\n")
@@ -62,7 +73,8 @@ def _show_model(path: Path, output: Output) -> int:
         verdict = f"{experiment!r}; {measured!r}"
     else:
         print_data_faults(screen, study, measured)
-        drawings.append(partial(_pages, measured))
+        model = [None] if data is None else _runs(experiment.nominal_measurement())
+        drawings.append(partial(_pages, measured, model))
         verdict = f"{experiment!r}; {counted(len(_runs(measured)), 'measurement')}."
     screen.verdict(verdict)
     run.verdict(verdict)
@@ -120,8 +132,17 @@ def _list_modes(modes: ModalParameters, run: Run, screen: Screen) -> None:
     run.table("modes.csv", modes.table())
 
 
-def _pages(measured: Measurement | Sequence[Measurement]) -> dict[str, Figure]:
-    figures = [page for run in _runs(measured) for page in measurement_plots.pages(run)]
+def _pages(
+    measured: Measurement | Sequence[Measurement], model: Sequence[Measurement | None] = (None,)
+) -> dict[str, Figure]:
+    """Figures of each force level; a model of one level is drawn with all of them."""
+    runs = _runs(measured)
+    levels = model if len(model) == len(runs) else model[:1] * len(runs)
+    figures = [
+        page
+        for run, level in zip(runs, levels, strict=True)
+        for page in measurement_plots.pages(run, model=level)
+    ]
     return {f"frf_{number}.png": page for number, page in enumerate(figures, 1)}
 
 

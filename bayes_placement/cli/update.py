@@ -1,6 +1,5 @@
 """`bayes-placement update`: what the data say about a model, by methods that check each other."""
 
-import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -32,6 +31,7 @@ from ._inputs import (
     print_data_faults,
     read_both,
 )
+from ._next_command import command_on
 from ._run import Drawing, Output, Run, numbered
 from ._terminal import Screen
 
@@ -63,8 +63,7 @@ class Sources(NamedTuple):
 
     def command(self, name: str) -> str:
         """A command on the same model and data."""
-        data = () if self.data is None else ("--data", str(self.data))
-        return shlex.join(["bayes-placement", name, str(self.path), *data])
+        return command_on(name, self.path, self.data)
 
 
 def run(
@@ -205,7 +204,7 @@ def _failure(result: xr.DataTree, sources: Sources) -> list[str]:
     if not verdict.failed:
         return []
     return [
-        f"{verdict.sentence()} The intervals of a model that fails do not mean what they say: "
+        f"{verdict.sentence()} Intervals of a model that fails cannot be trusted: "
         f"`{sources.command('check')}` says where it fails, `{sources.command('improve')}` adds "
         "what it lacks."
     ]

@@ -155,3 +155,22 @@ def test_a_new_mapping_and_a_file_of_frfs_become_a_case(tmp_path, with_table):
     done = run("init", folder, "--case")
     assert done.exit_code == 2
     assert "is there already" in done.output
+
+
+def test_a_model_as_drawn_is_shown_with_the_data(tmp_path, monkeypatch):
+    drawn = []
+    pages = bp.plots.measurement.pages
+    monkeypatch.setattr(
+        bp.plots.measurement, "pages", lambda *args, **kw: drawn.append(kw) or pages(*args, **kw)
+    )
+    path = tmp_path / "study.py"
+    path.write_text(EXPERIMENT)
+    study = bp.io.model.read(path)
+    heavier = study.experiment + bp.effects.point_mass(0.4, 0.5)
+    bp.io.uff.write(tmp_path / "measured.uff", heavier.nominal_measurement())
+    done = run("show", path, "--data", tmp_path / "measured.uff", "--out", tmp_path / "out")
+    assert done.exit_code == 0, (done.output, done.exception)
+    (given,) = drawn
+    np.testing.assert_allclose(given["model"].frf, study.experiment.nominal_measurement().frf)
+    done = run("show", tmp_path / "measured.uff", "--data", tmp_path / "measured.uff")
+    assert done.exit_code == 2 and "drawn with the data" in done.output
