@@ -20,6 +20,9 @@ from .. import matrix_files, npz_modes
 from ._inside import inside
 from ._json_fields import CaseError, FieldRule, JsonObject, choice, load, numbers, positive
 
+_FILES = ("nominal.npz", "K.npz", "M.npz")
+"""Files of every model."""
+
 _BAND_FACTOR = 5
 """Modes are kept up to this multiple of the band; static flexibility replaces the others."""
 
@@ -60,6 +63,7 @@ class FiniteElementStructure:
         self.fields = case.object("structure")
         self.kind = _MODEL_KINDS[self.fields.value("type", choice(*_MODEL_KINDS))]
         self.folder = _model_folder(case)
+        _check_files(case, self.folder)
         self.nodes = npz_modes.read_nodes(inside(self.folder, "nominal.npz"))
         self.pieces = self.kind.pieces(self.fields)
         self._check_structure()
@@ -212,6 +216,18 @@ def _model_folder(case: JsonObject) -> Path:
         ),
     )
     return (start / case.value("nominal_fe_model", rule)).resolve()
+
+
+def _check_files(case: JsonObject, folder: Path) -> None:
+    """Refuse a case whose model is not there."""
+    missing = [name for name in _FILES if not (folder / name).is_file()]
+    if missing:
+        stated = case.content["nominal_fe_model"]
+        raise CaseError(
+            f"{case.file}: the field nominal_fe_model is {stated!r}, but there is no "
+            f"{', '.join(missing)} in {folder}; the finite element model is needed, since the case "
+            "is read on it. Copy its folder there, or correct nominal_fe_model."
+        )
 
 
 def _frame_members(fields: JsonObject) -> dict[str, Tolerance]:

@@ -59,6 +59,11 @@ def write(
         `structure` and `uncertain_parameters` as in `case.json`; `sensor_setup`, `fixed` or
         `roving`; `estimator`, H1. If wanted `nominal_fe_model`, `noise_level` and `note`.
 
+    Returns
+    -------
+    Path
+        The folder.
+
     Raises
     ------
     CaseError

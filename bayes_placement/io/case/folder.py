@@ -84,7 +84,7 @@ def read(folder: str | Path) -> Study:
     >>> study = bp.io.case.read("case")  # doctest: +SKIP
     """
     file = inside(path_of(folder), "case.json")
-    with reading(file, "a case", "Compare it with README, and correct the field."):
+    with reading(file, "a case", "Compare it with help(bp.io.case.read), and correct the field."):
         return _study(load(file), Path(folder))
 
 

@@ -130,7 +130,8 @@ def test_a_model_that_is_not_there_is_refused(folder):
     rewritten(
         folder / "case.json", lambda content: content.update(nominal_fe_model="../models/shell")
     )
-    with pytest.raises(FileNotFoundError, match=r"shell"):
+    missing = r"nominal_fe_model is '../models/shell', but there is no nominal.npz, K.npz, M.npz"
+    with pytest.raises(case.CaseError, match=missing):
         case.read(folder)
 
 
