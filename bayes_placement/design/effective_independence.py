@@ -101,6 +101,11 @@ def effective_independence(
         Numbers of the modes, counted from one; by default those whose natural frequency lies
         between the least and the greatest line.
 
+    Returns
+    -------
+    EffectiveIndependence
+        Places that are kept, the modes, and a table with a row for each place to try.
+
     Raises
     ------
     InputError

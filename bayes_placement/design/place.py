@@ -163,6 +163,11 @@ def place(
     estimator, about, nominal, key, lines, executor, store, progress
         See `information_map`.
 
+    Returns
+    -------
+    Placement
+        Best positions, their information gain [nat] with its lead, and the table of all placements.
+
     Raises
     ------
     InputError

@@ -30,6 +30,12 @@ def planned(
     sigma
         Standard deviation of log10 of the amplitude, instead of a measurement.
 
+    Returns
+    -------
+    Experiment
+        One with a known output error; of log10 of the amplitude where `sigma` or a measurement
+        gives the error.
+
     Raises
     ------
     InputError

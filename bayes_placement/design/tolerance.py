@@ -70,7 +70,7 @@ class ToleranceStudy:
             return f"{words}."
         words += f", {row['improvement']:.2g} ± {row['improvement_se']:.1g} nat more"
         if row["relocation"] <= SIGNIFICANT * row["relocation_se"]:
-            return f"{words}; the first place is as good."
+            return f"{words}, and the first place is as good."
         return f"{words}, of which {row['relocation']:.2g} for moving there."
 
 
@@ -100,6 +100,11 @@ def tolerance_study(
     **settings
         `estimator`, `about`, `nominal`, `key`, `lines`, `executor`, `store` and `chunk` of
         `information_map`.
+
+    Returns
+    -------
+    ToleranceStudy
+        Maps by tolerance, and a table with the best placement of each tolerance.
 
     Raises
     ------

@@ -78,6 +78,11 @@ def library(
     further
         Effects of your own: classes, whose `suggest` is asked, or effects with priors.
 
+    Returns
+    -------
+    Library
+        The effects with their priors, and whether networks are tried besides.
+
     Raises
     ------
     InputError

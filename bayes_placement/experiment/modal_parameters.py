@@ -206,6 +206,11 @@ class ModalParameters:
         **known
             All else, as of `ModalParameters`.
 
+        Returns
+        -------
+        ModalParameters
+            The modes with real shapes.
+
         Raises
         ------
         InputError

@@ -83,6 +83,11 @@ def from_evidence(
     evidence, evidence_error
         Log evidence and its standard error.
 
+    Returns
+    -------
+    Divergence
+        The first less the second, with its standard error.
+
     Examples
     --------
     >>> bp.information.from_evidence(12.0, 0.1, 9.5, 0.2).kl

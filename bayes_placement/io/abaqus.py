@@ -49,6 +49,11 @@ def read_matrices(
     length_unit, mass_unit
         What one unit of the model is in m and in kg: 1e-3 and 1e3 for mm, t, s.
 
+    Returns
+    -------
+    SystemMatrices
+        `stiffness`, `mass` in SI, and `dof`.
+
     Raises
     ------
     FileNotFoundError

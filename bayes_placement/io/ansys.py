@@ -42,6 +42,11 @@ def read_matrices(
         What one unit of the model is in m and in kg: 1e-3 and 1e3 for mm, t, s. Where the file
         does not say that it is in other units, 1.
 
+    Returns
+    -------
+    SystemMatrices
+        `stiffness`, `mass` in SI, and `dof`.
+
     Raises
     ------
     MissingExtraError
@@ -87,6 +92,11 @@ def read_modes(
         The `.full` file of the same analysis.
     length_unit, mass_unit
         As in `read_matrices`.
+
+    Returns
+    -------
+    ModalModel
+        Nodes and modes in SI.
 
     Raises
     ------

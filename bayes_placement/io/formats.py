@@ -146,6 +146,11 @@ def read_matrices(path: str | Path, *others: str | Path, **options: Any) -> Syst
     **options
         Arguments of the reader of that format, such as `regions`.
 
+    Returns
+    -------
+    SystemMatrices
+        `stiffness`, `mass`, and `dof` and `regions` where the file states them.
+
     Raises
     ------
     FileNotFoundError

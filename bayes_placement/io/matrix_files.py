@@ -70,6 +70,11 @@ def read(
     regions
         File of the stiffness of each region, by its name.
 
+    Returns
+    -------
+    SystemMatrices
+        `stiffness`, `mass` and `regions`.
+
     Raises
     ------
     FileNotFoundError

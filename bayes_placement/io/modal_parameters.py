@@ -80,6 +80,11 @@ def read(
         Unit of the poles of complex modes, where the file leaves it open or is wrong. These
         arguments have the last word over a mapping.
 
+    Returns
+    -------
+    ModalParameters
+        Natural frequencies [Hz], damping ratios [1] and shapes, with their deviations.
+
     Raises
     ------
     FileNotFoundError
@@ -184,6 +189,11 @@ def of_pyoma2(result: object, sensors: Channels, *, number: Any = None) -> Modal
     number
         Number of each mode among the elastic modes of the model, in the order of `Fn`; None where
         it is found by comparing shapes and frequencies.
+
+    Returns
+    -------
+    ModalParameters
+        Natural frequencies, damping ratios and shapes with their covariances.
 
     Raises
     ------

@@ -45,6 +45,11 @@ def read_modes(
         What one unit of the model is in metres and kilograms, which Nastran does not say: 1e-3
         and 1e3 for mm, t and N.
 
+    Returns
+    -------
+    ModalModel
+        Nodes and modes in SI.
+
     Raises
     ------
     MissingExtraError
@@ -96,6 +101,11 @@ def read_matrices(
         Names of the matrices in the file, in upper or lower case.
     regions
         Name of the matrix of each region, by the name of the region.
+
+    Returns
+    -------
+    SystemMatrices
+        `stiffness`, `mass` and `regions`, in the units of the file.
 
     Raises
     ------

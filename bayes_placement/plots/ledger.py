@@ -106,6 +106,11 @@ def suspicion(
     axes
         Axes to draw in, the maps and then the bars; None for a new figure.
 
+    Returns
+    -------
+    Figure
+        That of `axes`, or a new one.
+
     Examples
     --------
     >>> bp.plots.ledger.suspicion(ledger).axes[0].get_ylabel()
@@ -271,7 +276,7 @@ def error_falls(ledger: Ledger, *, ax: Axes | None = None) -> Figure:
     Examples
     --------
     >>> bp.plots.ledger.error_falls(ledger).axes[0].get_ylabel()
-    'chi2 per datum [1]'
+    'reduced chi-square [1]'
     """
     names = ["as given", *(f"+ {step.added}" for step in ledger.steps[1:])]
     misfit, quantity = _misfit(ledger.steps)
@@ -299,8 +304,8 @@ def _misfit(steps: Sequence[FittedModel]) -> tuple[list[float], str]:
         return scatters, "residual over scatter of lines [1]"
     exact = [step.chi2_when_exact for step in steps]
     if np.all(np.isfinite(exact)):
-        return exact, "chi2 per datum without model error [1]"
-    return [step.chi2_per_datum for step in steps], "chi2 per datum [1]"
+        return exact, "reduced chi-square without model error [1]"
+    return [step.chi2_per_datum for step in steps], "reduced chi-square [1]"
 
 
 @arguments_checked

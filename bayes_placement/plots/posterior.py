@@ -124,6 +124,11 @@ def response_band(
         Axes to draw in: a row for each sensor, a column for each actuator and force level; None
         for a new figure.
 
+    Returns
+    -------
+    Figure
+        That of `axes`, or a new one.
+
     Examples
     --------
     >>> bp.plots.posterior.response_band(simulated).axes[0].get_xlabel()
@@ -191,6 +196,11 @@ def parameters(
     axes
         Axes to draw in, one for each unknown; None for a new figure.
 
+    Returns
+    -------
+    Figure
+        That of `axes`, or a new one.
+
     Examples
     --------
     >>> figure = bp.plots.posterior.parameters(posterior, truth={"structure.damping.ratio": 0.04})
@@ -219,6 +229,11 @@ def placement(
         True values by name, where they are known.
     axes
         Axes to draw in, one for each unknown; None for a new figure.
+
+    Returns
+    -------
+    Figure
+        That of `axes`, or a new one.
 
     Examples
     --------
@@ -250,6 +265,11 @@ def pair(
         True values by name, where they are known.
     ax
         Axes to draw in; None for a new figure.
+
+    Returns
+    -------
+    Figure
+        That of `ax`, or a new one.
 
     Examples
     --------
@@ -294,6 +314,11 @@ def methods(
     axes
         Axes to draw in, one for each parameter; None for a new figure.
 
+    Returns
+    -------
+    Figure
+        That of `axes`, or a new one.
+
     Examples
     --------
     >>> len(bp.plots.posterior.methods({"MAP": posterior, "again": posterior}).axes)
@@ -326,6 +351,11 @@ def intervals(
         True values by name, where they are known.
     axes
         Axes to draw in, one for each unknown; None for a new figure.
+
+    Returns
+    -------
+    Figure
+        That of `axes`, or a new one.
 
     Examples
     --------

@@ -81,6 +81,11 @@ def curves(
     axes
         Axes to draw in, one for each kind of port and one for channels; None for a new figure.
 
+    Returns
+    -------
+    Figure
+        That of `axes`, or a new one.
+
     Examples
     --------
     >>> bp.plots.reach.curves(bp.reach(experiment, surprise)).axes[0].get_xlabel()
@@ -136,6 +141,11 @@ def law(
         Kind of port, or `channel` or `all_channels`; by default the most probable one.
     axes
         Axes to draw in, of the magnitude and of the phase; None for a new figure.
+
+    Returns
+    -------
+    Figure
+        That of `axes`, or a new one.
 
     Examples
     --------

@@ -122,6 +122,15 @@ def view(points: PointsInSpace, *, thin: float = THIN) -> View:
 def draw_structure(panel: Panel, view: View, experiment: Experiment) -> None:
     """Draw the mesh or the nodes of a structure in grey, and its transducers as recorded.
 
+    Parameters
+    ----------
+    panel
+        Where it is drawn.
+    view
+        From where the structure is seen: `view(positions)`.
+    experiment
+        The structure and its transducers.
+
     Examples
     --------
     >>> import matplotlib.pyplot as plt
@@ -186,6 +195,15 @@ def draw_scores(panel: Panel, view: View, rows: pd.DataFrame, label: str) -> Non
 
 def mark_place(panel: Panel, view: View, place: tuple[float, float, float]) -> None:
     """Mark the fitted place of an effect.
+
+    Parameters
+    ----------
+    panel
+        Where it is drawn.
+    view
+        From where the structure is seen.
+    place
+        The place [m].
 
     Examples
     --------

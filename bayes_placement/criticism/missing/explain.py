@@ -67,6 +67,11 @@ def explain(
     progress
         Called with the share of the work done.
 
+    Returns
+    -------
+    Ranking
+        Probabilities by kind, fits, the suspicion map, and sentences, the verdict first.
+
     Raises
     ------
     InputError

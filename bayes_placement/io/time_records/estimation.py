@@ -82,6 +82,11 @@ def frf(
     ranges
         Greatest values that channels can record, by label: whatever reaches them is overloaded.
 
+    Returns
+    -------
+    Estimate
+        The `measurement`, `effects` to add, and sentences on what was left out and why.
+
     Raises
     ------
     InputError
@@ -156,6 +161,11 @@ def frf_of(
         `Impacts(...)` or `Continuous(...)`.
     **options
         Further arguments of `frf`.
+
+    Returns
+    -------
+    Estimate
+        As of `frf`.
 
     Raises
     ------

@@ -54,6 +54,11 @@ def read(
     time
         Name of the array with the times [s] of the samples.
 
+    Returns
+    -------
+    Recording
+        Samples of each channel in SI, and their rate [Hz].
+
     Raises
     ------
     MissingExtraError

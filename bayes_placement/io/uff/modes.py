@@ -76,6 +76,11 @@ def read(
         What one unit of length and of mass is in m and kg, where no dataset 164 says it: 1e-3 and
         1e3 for mm, t and s. Without any of these the file is taken for SI, with a warning.
 
+    Returns
+    -------
+    ModalModel
+        Nodes and modes in SI.
+
     Raises
     ------
     FileNotFoundError

@@ -72,6 +72,11 @@ def modes(
     nominal
         Their values in the matrices.
 
+    Returns
+    -------
+    NodalModes
+        Modes of a structure, with the static correction of all modes above `up_to`.
+
     Raises
     ------
     InputError
@@ -145,6 +150,11 @@ def affine(
         Largest relative error of a natural frequency.
     pieces, members, youngs_modulus, density, nominal
         As for `modes`.
+
+    Returns
+    -------
+    AffineModes
+        Modes that follow the parameters.
 
     Raises
     ------

@@ -95,6 +95,11 @@ class ModalModel:
             One unit of the arrays in metres and in kilograms (time is in seconds): 1e-3 and 1e3
             for a model in mm, t and N.
 
+        Returns
+        -------
+        ModalModel
+            Nodes and modes in SI, in ascending order of the natural frequencies.
+
         Raises
         ------
         InputError

@@ -255,6 +255,11 @@ def modes_from_shapes(
     mass
         Mass of the structure [kg]; by default estimated from its modes.
 
+    Returns
+    -------
+    NodalModes
+        Modes of a structure.
+
     Raises
     ------
     InputError

@@ -54,6 +54,11 @@ def from_scikit_fem(
     origin, directions
         Origin and axes of the mesh in space; see `interpolation.scikit_fem`.
 
+    Returns
+    -------
+    ReadableMatrices
+        Matrices and the interpolation of their shapes, the first arguments of `modes`.
+
     Raises
     ------
     InputError

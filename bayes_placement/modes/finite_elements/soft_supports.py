@@ -104,6 +104,11 @@ def rotations(matrices: Matrices, node: int, *, along: Vector | None = None) -> 
         Direction of the member that is clamped there; only its two bending rotations, about the
         axes across it, are released. By default all rotations are.
 
+    Returns
+    -------
+    SupportMotion
+        Rows that are released, for `soft` of `modes`.
+
     Raises
     ------
     InputError
@@ -147,6 +152,11 @@ def edge(matrices: Matrices, start: Vector, end: Vector, *, direction: int = 3) 
         Ends of the edge [m].
     direction
         Direction of the deflection, 1, 2 or 3 for x, y, z.
+
+    Returns
+    -------
+    SupportMotion
+        Rows that are released, for `soft` of `modes`.
 
     Raises
     ------

@@ -29,6 +29,11 @@ def linear(
     axes
         Axes along which the motion is read, of 1, 2, 3 for x, y, z.
 
+    Returns
+    -------
+    Elements
+        Shapes between nodes along `axes`.
+
     Raises
     ------
     InputError

@@ -38,6 +38,11 @@ def scikit_fem(
         Unit vectors of the coordinates of the mesh, as columns; by default the first axes of
         space, so that the mesh of a plate lies at z = 0.
 
+    Returns
+    -------
+    Elements
+        Shapes between nodes along `axes`.
+
     Raises
     ------
     InputError

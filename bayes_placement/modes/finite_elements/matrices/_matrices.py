@@ -308,6 +308,11 @@ class Matrices:
         margin
             The basis begins with the nominal modes up to `margin` times `up_to`.
 
+        Returns
+        -------
+        ReducedBasis
+            The basis, and how accurate it is.
+
         Raises
         ------
         InputError
