@@ -20,7 +20,7 @@ Tree = TypeVar("Tree")
 class Role(enum.Enum):
     """What an unknown is for."""
 
-    PARAMETER = "parameter h"
+    PARAMETER = "parameter"
     PLACEMENT = "placement"
     RECORDING = "recording"
     OUTPUT_ERROR = "output error"

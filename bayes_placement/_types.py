@@ -169,7 +169,7 @@ class _Kind(NamedTuple):
     allows: Callable[[Any], bool]
     words: str
     example: str = "..."
-    reason: str = "since nothing else has what is asked of it"
+    reason: str = "since its attributes are used"
 
 
 def arguments_checked(function: Function) -> Function:

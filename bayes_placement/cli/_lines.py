@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..experiment._measurement_words import span_in_words
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.force_levels import at_levels
 from ..experiment.modal_parameters import ModalParameters
@@ -51,7 +52,7 @@ def choose_lines(
     lines = runs[0].frequency
     if lines.size <= limit:
         return ChosenLines(
-            experiment, f"Lines: all {lines.size} of the experiment, {_span(lines)}."
+            experiment, f"Lines: all {lines.size} of the experiment, {span_in_words(lines)}."
         )
     kept = runs[0].thinned(limit, together=runs[1:]).frequency
     reason = (
@@ -61,8 +62,8 @@ def choose_lines(
     )
     return ChosenLines(
         with_lines_at(experiment, np.searchsorted(lines, kept)),
-        f"Lines: {kept.size} of {lines.size}, {_span(kept)}, dense where the FRFs change most "
-        f"against their noise, since {reason}.",
+        f"Lines: {kept.size} of {lines.size}, {span_in_words(kept)}, dense where the FRFs change "
+        f"most against their noise, since {reason}.",
     )
 
 
@@ -75,7 +76,3 @@ def _modes(experiment: Experiment, measurement: Measurements) -> str:
     if not others:
         return f"{words}."
     return f"{words}; shapes at {', '.join(others)} not, since the model has no such sensors."
-
-
-def _span(lines: np.ndarray) -> str:
-    return f"from {lines[0]:.4g} to {lines[-1]:.4g} Hz"

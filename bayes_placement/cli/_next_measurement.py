@@ -54,8 +54,8 @@ def next_measurement(
         `sentence`, and the places with their expected gain: `columns`, `rows` and a `caption`.
     """
     if len(alternatives) < 2:
-        words = "Of the explanations tried one is left: a next measurement has nothing to decide"
-        return _only(f"{words}; bayes-placement place MODEL says where its numbers get sharper.")
+        words = "Only one explanation is left, so a next measurement has nothing to decide"
+        return _only(f"{words}. Where it makes numbers more precise: bayes-placement place MODEL.")
     sensor = next(iter(experiment.sensor.values()))
     try:
         few = with_lines(planned(experiment, measurement), LINES)

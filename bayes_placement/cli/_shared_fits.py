@@ -21,7 +21,7 @@ def fits_of_model(inputs: Inputs) -> Iterator[None]:
         yield
     if fits is not None and fits.taken:
         inputs.screen.text(
-            f"Fits and scans of an earlier run that were taken: {fits.taken} of {fits.folder}/"
+            f"Fits and scans of an earlier run that are used again: {fits.taken} of {fits.folder}/"
         )
 
 

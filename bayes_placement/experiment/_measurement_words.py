@@ -2,15 +2,27 @@
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from .quantities import quantity_of
 
 if TYPE_CHECKING:
     from .measurement import Measurement
 
 
+def lines_in_words(lines: np.ndarray) -> str:
+    """Say how many lines there are, and where."""
+    return f"{counted(lines.size, 'line')} {span_in_words(lines)}"
+
+
+def span_in_words(lines: np.ndarray) -> str:
+    """Say from where to where lines reach, in Hz."""
+    low, high = lines.min(), lines.max()
+    return f"at {low:g} Hz" if lines.size == 1 else f"from {low:g} to {high:g} Hz"
+
+
 def sentence(measurement: "Measurement") -> str:
     """Say what was measured: quantity, channels, lines and what is known of the noise."""
-    low, high = measurement.frequency[0], measurement.frequency[-1]
     averages = "" if measurement.averages is None else f", {measurement.averages} averages"
     level = measurement.force_level
     force = "" if level is None else f", force {level:g} N"
@@ -19,7 +31,7 @@ def sentence(measurement: "Measurement") -> str:
         f"{counted(len(measurement.sensors), 'sensor channel')} for "
         f"{counted(len(measurement.actuators), 'actuator channel')}, "
         f"{counted(int(measurement.measured.sum()), 'pair')} measured, "
-        f"{measurement.frequency.size} lines from {low:g} to {high:g} Hz, "
+        f"{lines_in_words(measurement.frequency)}, "
         f"{_known(measurement)}{averages}{force}."
     )
 

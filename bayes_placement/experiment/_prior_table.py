@@ -7,6 +7,7 @@ import numpy as np
 
 from .._sites import Role, Unknown
 from ..positions.reprs import PRIOR_HEADINGS, prior_rows
+from ._measurement_words import lines_in_words
 
 if TYPE_CHECKING:  # the class imports this module
     from .experiment import Experiment
@@ -22,8 +23,8 @@ def sentence_on(experiment: "Experiment") -> str:
             f"{sensors} sensor channels, z = {experiment.observe.label}"
         )
     return (
-        f"Experiment: {sensors} sensor x {actuators} actuator channels, {lines.size} lines from "
-        f"{lines.min():g} to {lines.max():g} Hz, z = {experiment.observe.label}"
+        f"Experiment: {sensors} sensor x {actuators} actuator channels, {lines_in_words(lines)}, "
+        f"z = {experiment.observe.label}"
     )
 
 

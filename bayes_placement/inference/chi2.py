@@ -89,8 +89,8 @@ def misfit_sentence(result: xr.DataTree) -> str:
         return ""
     return (
         f"The model fails: reduced chi-square is {chi2_in_words(statistics)} "
-        f"({p_in_words(statistics['p_value'])}). The intervals of a model that fails do not mean "
-        "what they say: bp.check(result) says where it fails."
+        f"({p_in_words(statistics['p_value'])}). Intervals of a model that fails cannot be "
+        "trusted: bp.check(result) says where it fails."
     )
 
 

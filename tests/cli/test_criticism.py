@@ -140,7 +140,7 @@ def test_a_later_run_takes_the_fits_that_are_there(hidden, tmp_path):
     options = COMMANDS["improve"]
     done = run("improve", folder / "study.py", *options, "--out", tmp_path / "again")
     counts = re.search(
-        r"Fits and scans of an earlier run that were taken: (\d+) of (.*)", done.output
+        r"Fits and scans of an earlier run that are used again: (\d+) of (.*)", done.output
     )
     assert counts and int(counts[1]) > 0 and counts[2] == f"{tmp_path / 'again' / 'fits'}/"
     assert "of an earlier run" not in output["improve"]
@@ -155,7 +155,7 @@ def test_check_takes_the_fit_of_improve(hidden, tmp_path):
     folder, _ = hidden
     shutil.copytree(folder / "improve" / "fits", tmp_path / "again" / "fits")
     done = run("check", folder / "study.py", "--out", tmp_path / "again")
-    assert "Fits and scans of an earlier run that were taken: 1 of" in done.output
+    assert "Fits and scans of an earlier run that are used again: 1 of" in done.output
     first, second = (
         (out / "misfit.csv").read_text() for out in (folder / "check", tmp_path / "again")
     )
@@ -168,7 +168,7 @@ def test_explain_takes_the_fit_of_check(hidden, tmp_path):
     _shared_fits._LAST.clear()
     options = COMMANDS["explain"]
     done = run("explain", folder / "study.py", *options, "--out", tmp_path / "again")
-    assert "Fits and scans of an earlier run that were taken: 1 of" in done.output
+    assert "Fits and scans of an earlier run that are used again: 1 of" in done.output
 
 
 def test_the_search_that_a_model_declares_is_that_of_its_check(tmp_path):
@@ -181,7 +181,7 @@ def test_check_says_where_the_model_fails(hidden):
     folder, output = hidden
     table = pd.read_csv(folder / "check" / "misfit.csv", index_col=0)
     assert {"all data", "sensor s1+x", "sensor s2+x"} <= set(table.index)
-    assert table.loc["all data", "chi2 per datum"] > 3
+    assert table.loc["all data", "reduced chi-square"] > 3
     assert all(kind.kind in "if" for kind in table.dtypes)  # numbers, none of them as words
     text = (folder / "check" / "misfit.txt").read_text()
     for where in (output["check"], text):
@@ -366,7 +366,7 @@ def test_faults_of_the_data_are_told_once_before_any_work(tmp_path):
     assert done.exit_code == 1, (done.output, done.exception)
     sentence = "s1 / a1 and s2 / a1 hold the same record to six digits"
     assert done.output.count("hold the same record to six digits") == 1
-    assert done.output.index("hold the same record") < done.output.index("chi2 per datum")
+    assert done.output.index("hold the same record") < done.output.index("chi-square")
     assert "hold the same record" in (tmp_path / "out" / "misfit.txt").read_text(), sentence
     assert "Lines: 12 of 20, from" in done.output
     assert "dense where the FRFs change most against their noise, since --lines 12" in done.output

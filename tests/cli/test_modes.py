@@ -65,7 +65,7 @@ def test_a_model_of_frfs_is_checked_and_completed_by_modes(modes, tmp_path):
     assert done.exit_code == 0, (done.output, done.exception)
     assert "Missing: point_mass" in done.output
     page = (tmp_path / "improve" / "report.html").read_text()
-    assert "Likeness of mode shapes" in page
+    assert "Similarity of mode shapes" in page
     study = bp.io.model.read(saved)
     assert study.experiment.observe.is_modal
     assert [effect.name for effect in study.experiment.effects] == ["point_mass"]

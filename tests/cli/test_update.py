@@ -167,7 +167,7 @@ def test_a_model_that_does_not_explain_the_data_is_told_with_what_to_do_next(tmp
     (said, _) = done.output.splitlines()
     assert said.startswith("The model fails: reduced chi-square is ")
     assert "is expected of a correct model (p " in said
-    assert "The intervals of a model that fails do not mean what they say" in said
+    assert "Intervals of a model that fails cannot be trusted" in said
     for command in ("check", "improve"):
         assert f"`bayes-placement {command} {model}`" in said
     assert "2 unknowns are inferred by latent map" in said

@@ -79,7 +79,7 @@ def test_unknown_noise_that_takes_up_a_misfit_is_no_explanation(of_unknown_noise
     misfit = bp.check(bp.infer(of_unknown_noise, measured(MASS), engine=MAP(starts=8)))
     assert misfit.noise_needed.over_coherence > 3
     assert "times what the coherence says" in str(misfit)
-    assert "chi2 per datum" not in misfit.table().columns
+    assert "reduced chi-square" not in misfit.table().columns
 
 
 @pytest.mark.long

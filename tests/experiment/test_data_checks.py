@@ -189,7 +189,7 @@ def test_a_coherence_of_one_says_nothing():
     data = measured(exchanged())
     perfect = dataclasses.replace(data, coherence=np.ones(data.frf.shape), averages=1)
     checks = exchanged().check_data(perfect)
-    assert kinds(checks) == ["coherence of 1"]
+    assert kinds(checks) == ["coherence"]
     (sentence,) = checks.words()
     assert sentence.startswith("The coherence of all pairs (first s1+x / a1+x) is 1 at 100 %")
     partly = np.array(data.coherence)

@@ -92,9 +92,9 @@ def test_unknowns_of_every_part_have_a_role():
     assert [
         (unknown.name, unknown.unit, unknown.role.value) for unknown in beam_experiment.unknowns
     ] == [
-        ("structure.modes.length", "m", "parameter h"),
-        ("structure.modes.youngs_modulus", "Pa", "parameter h"),
-        ("structure.damping.loss_factor", "1", "parameter h"),
+        ("structure.modes.length", "m", "parameter"),
+        ("structure.modes.youngs_modulus", "Pa", "parameter"),
+        ("structure.damping.loss_factor", "1", "parameter"),
         ("sensor.tip.angles.2", "rad", "placement"),
         ("noise.sigma", "unit of z", "output error"),
     ]

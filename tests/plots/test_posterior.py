@@ -18,7 +18,7 @@ RNG = np.random.default_rng(3)
 RATIO, POSITION = "structure.damping.ratio", "sensor.s1.position"
 
 
-NOWHERE = {"role": "parameter h", "owner": "damping", "field": "ratio", "component": ""}
+NOWHERE = {"role": "parameter", "owner": "damping", "field": "ratio", "component": ""}
 ON_A_LINE = {"role": "placement", "owner": "sensor s1", "field": "position", "component": ""}
 
 
@@ -326,7 +326,7 @@ def test_an_axis_of_an_unknown_has_at_least_three_numbers():
 
 def test_unknowns_are_told_in_the_units_of_people_without_an_offset():
     tree = result()
-    modulus = {"field": "youngs_modulus", "units": "Pa", "role": "parameter h", "owner": "modes"}
+    modulus = {"field": "youngs_modulus", "units": "Pa", "role": "parameter", "owner": "modes"}
     for group, spread in (("prior", 1e10), ("posterior", 1e6)):
         draws_of = np.random.default_rng(1).normal(2.1e11, spread, (1, 400))
         fresh = {"structure.modes.youngs_modulus": (("chain", "other"), draws_of, modulus)}

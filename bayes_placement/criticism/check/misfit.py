@@ -20,7 +20,7 @@ _CORRELATED = "residuals of neighbouring lines are correlated"
 _ROWS = ("sensor", "actuator", FORCE_LEVEL, "band")
 _COLUMNS = {
     "data": "data",
-    "chi2_per_datum": "chi2 per datum",
+    "chi2_per_datum": "reduced chi-square",
     "expected": "expected",
     "spread": "spread",
     "p_value": "p",

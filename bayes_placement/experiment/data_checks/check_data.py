@@ -46,7 +46,7 @@ class DataCheck(NamedTuple):
     --------
     >>> from bayes_placement.experiment.data_checks import CHECKS
     >>> [check.name for check in CHECKS][:3]
-    ['repeated records', 'overload', 'coherence of 1']
+    ['repeated records', 'overload', 'coherence']
     """
 
     name: str
@@ -59,7 +59,7 @@ CHECKS = tuple(
     for name, module in (
         ("repeated records", repeated_records),
         ("overload", overload),
-        ("coherence of 1", full_coherence),
+        ("coherence", full_coherence),
         ("mistaken records", mistaken_records),
         ("natural frequencies", natural_frequencies),
         ("phase", phase),

@@ -36,8 +36,9 @@ FAR_BEHIND = 0.1
 It is asked only once the sizes have followed the data; before, fits that end well lie farther."""
 
 TOLERANT = 0.1
-"""Greatest relative error besides at which a fit is given up that is behind a rival by more than 1
-a datum: it does not follow what FRFs show to a tenth. Fits that end well are less behind."""
+"""Relative error of the FRFs, beside the model error, up to which a fit may be given up: one whose
+log evidence is less than that of a rival by more than 1 for each datum, since it does not follow
+what FRFs show to a tenth. Fits that end well are less behind."""
 
 SHORT = 10.0
 """Log evidence by which a fit may fall short of a rival and still be kept: strong evidence

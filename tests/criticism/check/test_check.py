@@ -318,7 +318,7 @@ def test_the_table_has_a_row_for_all_data_and_each_group(wrong):
     ]
     assert len(table) == 6 + 8
     text = str(wrong)
-    assert "chi2 per datum" in text
+    assert "reduced chi-square" in text
     assert f"- {wrong.words()[0]}" in text
 
 

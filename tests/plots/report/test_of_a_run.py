@@ -81,7 +81,7 @@ def test_every_figure_has_a_sentence_its_numbers_and_tags(chapter):
 
 def test_the_error_is_that_of_the_ledger(folder, chapter):
     steps = json.loads((folder / "ledger.json").read_text())["steps"]
-    chi2 = numbers(chapter, "The error falls")["chi2 per datum [1]"]
+    chi2 = numbers(chapter, "The error falls")["reduced chi-square [1]"]
     assert np.allclose(chi2, [step["chi2_per_datum"] for step in steps], rtol=1e-5)
     words = table(chapter, "Steps")["what it is"].iloc[-1]
     assert words.startswith("at 4") and " mm, mass 0.31" in words  # some 420 mm and 0.3 kg
@@ -199,7 +199,7 @@ def test_a_ledger_without_what_later_versions_added_is_shown(rewritten, chapter)
 
     earlier = Report.read(write_report(rewritten(strip), label="monday")).chapters[0]
     assert item(earlier, "The error falls") == item(chapter, "The error falls")
-    assert table(earlier, "Steps")["chi2 per datum"].notna().all()
+    assert table(earlier, "Steps")["reduced chi-square"].notna().all()
 
 
 def test_needed_noise_of_an_earlier_version_is_shown(rewritten):

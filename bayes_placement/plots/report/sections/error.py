@@ -68,8 +68,8 @@ def _misfit(steps: list[dict[str, Any]]) -> tuple[list[float], str]:
         return scatters, "residual over scatter of lines [1]"
     exact = _numbers([step["chi2_per_datum_when_exact"] for step in steps])
     if np.isfinite(exact).all():
-        return exact, "chi2 per datum without model error [1]"
-    return _numbers([step["chi2_per_datum"] for step in steps]), "chi2 per datum [1]"
+        return exact, "reduced chi-square without model error [1]"
+    return _numbers([step["chi2_per_datum"] for step in steps]), "reduced chi-square [1]"
 
 
 def _numbers(values: list[Any]) -> list[float]:

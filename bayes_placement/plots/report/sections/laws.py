@@ -27,8 +27,8 @@ NUMBERS = ("number", "of", "value", "95 % from", "95 % to", "unit")
 FIGURES = {
     "reach": (
         "What one law at each place could do",
-        "Share of the misfit that any law at a place could remove, pale, and that a law of few "
-        "numbers does, dark: where both are flat this layout does not tell the place.",
+        "Pale: share of the misfit that any law at a place could remove. Dark: what a law of few "
+        "numbers removes. Where both are flat, these sensors do not tell the place.",
     ),
     "law": (
         "The law as measured",
@@ -53,7 +53,7 @@ def items(saved: Saved) -> Iterator[Item]:
             yield Item(LAWS, title, Drawing(svg, data, follows_theme=True), caption, TAGS)
     others = [each for entry in saved.effects for each in (entry, *entry["equivalent"])]
     if len(others) > len(saved.effects):
-        words = "What explains the data as well, each in the place of the effect that is claimed."
+        words = "Other explanations that fit the data as well as the effect that is claimed."
         yield Item(LAWS, "What the data do not tell apart", _equivalent(others), words, TAGS)
 
 
@@ -64,8 +64,8 @@ def _of_effect(entry: Mapping[str, Any], number: str) -> Iterator[Item]:
     if law is not None:
         svg = checked_svg(drawing(law, _written(law, known)))
         words = (
-            f"{entry['kind']}, {where_in_words(entry)}: from the port, the circle at the left, to "
-            "the ground or the other side, with 95 % intervals."
+            f"{entry['kind']}, {where_in_words(entry)}, from its place on the structure (the "
+            "circle at the left) to the ground or the other side; with 95 % intervals."
         )
         yield Item(LAWS, f"Network{number}", Drawing(svg, table, follows_theme=True), words, TAGS)
     if known:

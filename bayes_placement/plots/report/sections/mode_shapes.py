@@ -39,15 +39,15 @@ def items(saved: Saved) -> Iterator[Item]:
         marks=_marks(saved.group("places")),
     )
     caption = (
-        "Natural modes without damping, each model beside the other at the same mode; the greatest "
-        "displacement of each is the same."
+        "Undamped natural modes of both models, side by side and scaled to the same greatest "
+        "displacement."
     )
     yield Item(SHAPES, "Mode shapes", content, caption, TAGS)
     yield Item(
         SHAPES,
         "Natural frequencies",
         _frequencies(shapes),
-        "The first natural frequencies, up to a little above the measured band, without damping.",
+        "The first undamped natural frequencies, up to a little above the measured band.",
         TAGS,
     )
 
@@ -72,8 +72,8 @@ def _axis(group: xr.Dataset) -> int:
 
 def _note(group: xr.Dataset, on_a_line: bool) -> str:
     if on_a_line and _axis(group) == 1:
-        return "The structure moves along itself (x); its displacement is drawn across it."
-    return "Displacements are drawn where they are, larger than they are."
+        return "The motion is along the structure (x); it is drawn across it."
+    return "Displacements are enlarged."
 
 
 def _marks(places: xr.Dataset | None) -> list[dict[str, Any]]:

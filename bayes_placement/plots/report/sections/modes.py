@@ -44,8 +44,8 @@ def _parameters(fits: dict[str, xr.Dataset], colours: Colours) -> Item:
         draw(panel, fits, colours)
     legend(figure, axes)
     caption = (
-        "Bars are what was measured, with intervals that hold 95 %; the marks of a correct model "
-        "lie in nearly all of them."
+        "Bars: measured, with 95 % intervals. The marks of a correct model lie in nearly all of "
+        "them."
     )
     content = drawing(figure, Table.of(_data(fits)))
     return Item(RESPONSES, "Natural frequencies and damping ratios", content, caption, TAGS)
@@ -71,11 +71,11 @@ def _assurance(fits: dict[str, xr.Dataset], colours: Colours) -> Item:
         draw_assurance(panel, fit, colours)
         panel.set_title(name)
     caption = (
-        "Modal assurance criterion of each measured shape with modes of the model, 1 for shapes "
-        "alike; a frame stands around the mode that it is paired with."
+        "Modal assurance criterion (MAC) of each measured shape with those of the model; equal "
+        "shapes have 1. A frame marks the mode that is compared with it."
     )
     content = drawing(figure, Table.of(_matrix(fits)))
-    return Item(RESPONSES, "Likeness of mode shapes", content, caption, TAGS)
+    return Item(RESPONSES, "Similarity of mode shapes", content, caption, TAGS)
 
 
 def _matrix(fits: dict[str, xr.Dataset]) -> pd.DataFrame:

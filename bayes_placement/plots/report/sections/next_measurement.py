@@ -31,7 +31,7 @@ def items(saved: Saved) -> Iterator[Item]:
         total = sum(share for _, share in alternatives)
         rows = tuple((name, share / total) for name, share in alternatives)
         table = Table(("explanation", "probability among these [1]"), rows)
-        words = "Explanations that the next measurement is to tell apart, by their odds."
+        words = "Explanations that the next measurement should distinguish, by their odds."
         yield Item(NEXT, "Explanations that are left", table, words, TAGS)
     search = saved.about.get("next")
     if search is None and "alternatives" in saved.about:

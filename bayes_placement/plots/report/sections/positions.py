@@ -40,8 +40,8 @@ def items(saved: Saved) -> Iterator[Item]:
     if places is None or outline is None:
         return
     caption = (
-        "Open marks are recorded places, filled ones the inferred, with ellipses that hold 95 %; a "
-        "star is an effect that was found."
+        "Open marks: recorded places. Filled marks: inferred places, with 95 % ellipses. Stars: "
+        "effects that were found."
     )
     table = Table(_COLUMNS, tuple(_rows(places)))
     yield Item(PLACES, "Structure", _structure(places, outline, table), caption, TAGS)
@@ -50,16 +50,15 @@ def items(saved: Saved) -> Iterator[Item]:
             PLACES,
             "Deviation from the record",
             _deviations(places, table),
-            "The pale bar is the stated tolerance; the dot is the inferred place with the interval "
-            "that holds 95 %.",
+            "Pale bar: stated tolerance. Dot: inferred place with its 95 % interval.",
             TAGS,
         )
     yield Item(
         PLACES,
         "Positions and orientations",
         table,
-        "Recorded and inferred coordinates; tilt is the angle of the first channel against its "
-        "record.",
+        "Recorded and inferred coordinates. Tilt is the angle between the first channel and its "
+        "recorded direction.",
         TAGS,
     )
 

@@ -20,9 +20,9 @@ def warnings(saved: Saved) -> Iterator[Item]:
     if not saved.about and not saved.ledger:
         return  # what the method said was not kept
     if not unique:
-        yield Item(WARNINGS, "Warnings", Text(("No method warns of anything.",)), tags=("warning",))
+        yield Item(WARNINGS, "Warnings", Text(("There are no warnings.",)), tags=("warning",))
         return
-    words = "What each method says against its own result."
+    words = "Warnings of each method about its own result."
     yield Item(WARNINGS, "Warnings", Table(("method", "warning"), unique), words, ("warning",))
 
 
@@ -37,7 +37,7 @@ def settings(saved: Saved) -> Iterator[Item]:
     if not saved.runs:
         rows += _flat(saved.ledger.get("record", {}))
     table = Table(("setting", "value"), tuple(dict.fromkeys(rows)))
-    words = "Settings, seed and versions, with which the run can be made again."
+    words = "Settings, seed and versions. A run with the same ones gives the same result."
     yield Item(SETTINGS, "How this was made", table, words, ("settings",))
     if files:
         content = Table(("command", "role", "file", "SHA-256"), tuple(files))

@@ -77,8 +77,8 @@ def _item(fits: dict[str, xr.Dataset]) -> Item:
     errs = float([*fits.values()][-1]["model_error"].max()) > 0
     expected = "the noise and the model error" if errs else "the noise"
     caption = (
-        f"Dots are measured and lines are predicted at {title}; below, an error above {expected} "
-        "is what the model lacks."
+        f"Dots: measured. Lines: predicted at {title}. Below: the error; what lies above "
+        f"{expected} is what the model lacks."
     )
     content = drawing(figure, Table.of(_data(fits)))
     return Item(RESPONSES, title, content, caption, ("response", "error"))

@@ -48,8 +48,9 @@ def items(saved: Saved) -> Iterator[Item]:
         content = _on_a_line(table, greatest, fitted, data)
     first = greatest.iloc[0]
     caption = (
-        f"The model as given is most suspect of {first['kind']}: {first['size']:.3g} standard "
-        "deviations, but where a model fails badly all is suspect and the fits decide."
+        f"The strongest trace in the model as given is that of {first['kind']}: "
+        f"{first['size']:.3g} standard deviations. Where a model fails badly, every effect leaves "
+        "traces, and only the fits decide."
     )
     yield Item(SUSPICION, "Suspicion on the structure", content, caption, ("effect", "structure"))
     yield Item(

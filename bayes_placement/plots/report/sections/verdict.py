@@ -27,19 +27,19 @@ _TABLES = {
         ERROR,
         "Misfit by group",
         "Misfit of all data and of every sensor, actuator and band: the reduced chi-square of a "
-        "correct model is as expected, give or take the spread.",
+        "correct model is the expected one, within the spread.",
         ("error",),
     ),
     "compared.csv": (
         SUSPICION,
         "Hypotheses that were fitted",
-        "Every combination of effects that was fitted; odds count how many there are of a kind.",
+        "Every combination of effects that was fitted; odds include how many variants a kind has.",
         ("effect",),
     ),
     "cross_check.csv": (
         UNKNOWNS,
-        "Methods beside each other",
-        "What each method says, with the standard error of the computation.",
+        "Methods compared",
+        "The result of each method, with the standard error of the computation.",
         ("unknowns",),
     ),
     "placements.csv": (
@@ -98,8 +98,8 @@ def _of_misfit(saved: Saved) -> str:
     if _is_noise_known(saved.ledger["steps"]):
         return "the reduced chi-square of a correct model is 1"
     return (
-        "the noise is not known and inferred with all else; p is the probability that a right "
-        "model leaves residuals so far above the scatter of neighbouring lines"
+        "the noise is not known and is inferred with the other unknowns; p is the probability that "
+        "a correct model leaves residuals so far above the scatter of neighbouring lines"
     )
 
 
@@ -108,7 +108,7 @@ def _is_noise_known(steps: list[dict[str, Any]]) -> bool:
 
 
 def _steps(steps: list[dict[str, Any]]) -> Table:
-    misfit: tuple[str, ...] = ("chi2 per datum",)
+    misfit: tuple[str, ...] = ("reduced chi-square",)
     if not _is_noise_known(steps):
         misfit = ("noise needed [%]", "noise needed / scatter of lines")
     columns = ("added", *misfit, "p", "log evidence", "held out [nat]", "what it is")
@@ -127,7 +127,7 @@ def _steps(steps: list[dict[str, Any]]) -> Table:
 
 
 def _misfit(step: dict[str, Any]) -> tuple[Cell, ...]:
-    """Chi2 per datum; where the noise is not known, the noise that is needed."""
+    """Reduced chi-square; where the noise is not known, the noise that is needed."""
     noise = step["noise_needed"]
     if noise is None:
         return (step["chi2_per_datum"],)
