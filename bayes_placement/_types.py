@@ -180,13 +180,20 @@ def arguments_checked(function: Function) -> Function:
     Raises
     ------
     InputError
-        By the function that is returned, if an argument is of another kind.
+        By the function that is returned, if an argument is of another kind, missing or unknown.
     """
     signature = inspect.signature(function)
 
     @functools.wraps(function)
     def checked(*positional: Any, **named: Any) -> Any:
-        for name, value in signature.bind(*positional, **named).arguments.items():
+        try:
+            bound = signature.bind(*positional, **named)
+        except TypeError as error:  # one is missing, or has another name
+            raise InputError(
+                f"{function.__name__} was called wrongly: {error}. Its arguments are needed by "
+                f"these names: {', '.join(signature.parameters)}."
+            ) from error
+        for name, value in bound.arguments.items():
             parameter = signature.parameters[name]
             if parameter.kind not in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
                 check_annotated(name, value, parameter.annotation)

@@ -46,7 +46,7 @@ def blocks(text):
 RUN = r"""
 import pathlib, sys
 
-for section in " ".join(sys.argv[1:]).split(" / "):
+for section in " ".join(sys.argv[1:]).split("/"):
     namespace = {"__name__": "__main__"}
     for name in section.split():
         exec(compile(pathlib.Path(name).read_text(), name, "exec"), namespace)

@@ -1182,6 +1182,10 @@ CALLS = {
         lambda: experiment() + bp.effects.swapped_sensors("s1", "s1"),
         'Effect "swapped_sensors": sensor "s1" was given twice; two sensors are needed',
     ),
+    "no density": (
+        lambda: bp.beams.bar(5, length=1.0, area=1e-3, youngs_modulus=1e9),
+        "bar was called wrongly: missing a required argument: 'density'. Its arguments are",
+    ),
     "ends of two words": (
         lambda: bar(ends=("fixed", "free")),
         "ends=tuple of 2 was given; the two ends as one word are needed, joined by a hyphen",
