@@ -19,7 +19,7 @@ HOW_TO = {
     "my_modes": ("ModalParameters: 5 modes", "The model fails", "Missing is point_mass"),
     "my_fe_model": ("compliant_support", "left end"),
     "nastran": ("14.078",),
-    "ansys": ("[[1 1]",),
+    "ansys": ("[[22  1]",),
     "abaqus": ("[[2 1]]", "129.949"),
     "plate": ("Missing: point_mass", "falls from 24"),
     "time_records": ("Hit 4 of 7 is left out",),
