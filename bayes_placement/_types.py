@@ -109,10 +109,8 @@ def check_count(argument: str, value: Any, least: int, instead: str) -> None:
         If it is none.
     """
     if not (_is_count(value) and value >= least):
-        raise InputError(
-            f"{argument}={shown(value)} was given; a whole number of at least {least} is needed, "
-            f"since it counts: {instead}."
-        )
+        words = f"{argument}={shown(value)} was given; a whole number of at least {least} is needed"
+        raise InputError(f"{words}, since it counts: {instead}.")
 
 
 def finite_number(argument: str, value: Any, instead: str) -> float:
@@ -125,10 +123,8 @@ def finite_number(argument: str, value: Any, instead: str) -> float:
     """
     number = np.asarray(value)
     if number.dtype.kind not in "iuf" or number.ndim or not np.isfinite(number):
-        raise InputError(
-            f"{argument}={shown(value)} was given; one finite number is needed, in SI units: "
-            f"{instead}."
-        )
+        words = f"{argument}={shown(value)} was given; one finite number is needed, in SI units"
+        raise InputError(f"{words}: {instead}.")
     return float(number)
 
 
@@ -189,10 +185,8 @@ def arguments_checked(function: Function) -> Function:
         try:
             bound = signature.bind(*positional, **named)
         except TypeError as error:  # one is missing, or has another name
-            raise InputError(
-                f"{function.__name__} was called wrongly: {error}. Its arguments are needed by "
-                f"these names: {', '.join(signature.parameters)}."
-            ) from error
+            call = f"{function.__name__}({', '.join(signature.parameters)})"
+            raise InputError(f"{error}; the arguments of {call} are needed.") from error
         for name, value in bound.arguments.items():
             parameter = signature.parameters[name]
             if parameter.kind not in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):

@@ -1184,7 +1184,7 @@ CALLS = {
     ),
     "no density": (
         lambda: bp.beams.bar(5, length=1.0, area=1e-3, youngs_modulus=1e9),
-        "bar was called wrongly: missing a required argument: 'density'. Its arguments are",
+        "missing a required argument: 'density'; the arguments of bar(modes, length, area,",
     ),
     "ends of two words": (
         lambda: bar(ends=("fixed", "free")),

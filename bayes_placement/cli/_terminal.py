@@ -158,8 +158,8 @@ def terminal_table(data: pd.DataFrame, index_title: str, width: int) -> Table:
     width
         Width of the terminal.
     """
-    columns = [HEADINGS.get(heading, heading) for heading in data.columns]
-    headings = [index_title, *map(printable, columns)]
+    shown = (HEADINGS.get(heading, heading) for heading in data.columns)
+    headings = [index_title, *map(printable, shown)]
     rows = [[printable(cell) for cell in (name, *row)] for name, row in data.iterrows()]
     columns = [[heading, *(row[place] for row in rows)] for place, heading in enumerate(headings)]
     least = [max(map(_longest, column)) for column in columns]

@@ -137,7 +137,7 @@ def _pages(
 ) -> dict[str, Figure]:
     """Figures of each force level; a model of one level is drawn with all of them."""
     runs = _runs(measured)
-    levels = model if len(model) == len(runs) else model[:1] * len(runs)
+    levels = model if len(model) == len(runs) else [model[0]] * len(runs)
     figures = [
         page
         for run, level in zip(runs, levels, strict=True)

@@ -136,11 +136,6 @@ class Measurement:
         quantity, averages, positions, force_level
             As in `Measurement`.
 
-        Returns
-        -------
-        Measurement
-            The FRFs with channels, lines and what is known of their noise.
-
         Raises
         ------
         ValueError
@@ -272,11 +267,6 @@ class Measurement:
             Half-power bandwidths to either side of a resonance.
         together
             Runs at other force levels on the same lines, whose resonances count as well.
-
-        Returns
-        -------
-        Measurement
-            The same at fewer lines.
 
         Raises
         ------

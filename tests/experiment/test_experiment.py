@@ -131,8 +131,8 @@ def test_printing_lays_out_every_prior():
     rows = [line.split() for line in lines[1:]]
     assert rows == [
         ["unknown", "prior", "unit", "role"],
-        ["structure.damping.ratio.1", "Uniform(0.02,", "0.06)", "1", "parameter", "h"],
-        ["structure.damping.ratio.2", "Uniform(0.02,", "0.06)", "1", "parameter", "h"],
+        ["structure.damping.ratio.1", "Uniform(0.02,", "0.06)", "1", "parameter"],
+        ["structure.damping.ratio.2", "Uniform(0.02,", "0.06)", "1", "parameter"],
         ["sensor.s1.position", "Uniform(0.21,", "0.29)", "m", "placement"],
         ["actuator.a1.position", "Uniform(0.21,", "0.29)", "m", "placement"],
     ]
