@@ -83,7 +83,7 @@ def test_the_search_ends_when_its_time_is_over(alternatives, monkeypatch):
 
 def test_one_explanation_leaves_nothing_to_decide(alternatives):
     following = next_measurement(experiment(), experiment().nominal_measurement(), alternatives[:1])
-    assert following["sentence"].startswith("Of the explanations tried one is left")
+    assert following["sentence"].startswith("Only one explanation is left")
     assert following["rows"] == []
 
 

@@ -140,7 +140,7 @@ def test_mode_shapes_are_those_with_and_without_the_mass(chapter):
 
 def test_one_explanation_leaves_nothing_to_decide(chapter):
     words = item(chapter, "The next measurement").content.sentences[0]
-    assert words.startswith("Of the explanations tried one is left")
+    assert words.startswith("Only one explanation is left")
 
 
 def test_settings_name_the_files_with_their_hashes(folder, chapter):

@@ -27,8 +27,8 @@ NUMBERS = ("number", "of", "value", "95 % from", "95 % to", "unit")
 FIGURES = {
     "reach": (
         "What one law at each place could do",
-        "Pale: share of the misfit that any law at a place could remove. Dark: what a law of few "
-        "numbers removes. Where both are flat, these sensors do not tell the place.",
+        "Pale: share of the misfit that any law at a place could remove; dark: what a law of few "
+        "numbers removes; where both are flat, these sensors do not tell the place.",
     ),
     "law": (
         "The law as measured",

@@ -44,7 +44,7 @@ def _parameters(fits: dict[str, xr.Dataset], colours: Colours) -> Item:
         draw(panel, fits, colours)
     legend(figure, axes)
     caption = (
-        "Bars: measured, with 95 % intervals. The marks of a correct model lie in nearly all of "
+        "Bars: measured, with 95 % intervals; the marks of a correct model lie in nearly all of "
         "them."
     )
     content = drawing(figure, Table.of(_data(fits)))
@@ -72,7 +72,7 @@ def _assurance(fits: dict[str, xr.Dataset], colours: Colours) -> Item:
         panel.set_title(name)
     caption = (
         "Modal assurance criterion (MAC) of each measured shape with those of the model; equal "
-        "shapes have 1. A frame marks the mode that is compared with it."
+        "shapes have 1, and a frame marks the mode that is compared with it."
     )
     content = drawing(figure, Table.of(_matrix(fits)))
     return Item(RESPONSES, "Similarity of mode shapes", content, caption, TAGS)

@@ -40,7 +40,7 @@ def items(saved: Saved) -> Iterator[Item]:
     if places is None or outline is None:
         return
     caption = (
-        "Open marks: recorded places. Filled marks: inferred places, with 95 % ellipses. Stars: "
+        "Open marks: recorded places; filled marks: inferred places, with 95 % ellipses; stars: "
         "effects that were found."
     )
     table = Table(_COLUMNS, tuple(_rows(places)))
@@ -50,14 +50,14 @@ def items(saved: Saved) -> Iterator[Item]:
             PLACES,
             "Deviation from the record",
             _deviations(places, table),
-            "Pale bar: stated tolerance. Dot: inferred place with its 95 % interval.",
+            "Pale bar: stated tolerance; dot: inferred place with its 95 % interval.",
             TAGS,
         )
     yield Item(
         PLACES,
         "Positions and orientations",
         table,
-        "Recorded and inferred coordinates. Tilt is the angle between the first channel and its "
+        "Recorded and inferred coordinates; tilt is the angle between the first channel and its "
         "recorded direction.",
         TAGS,
     )

@@ -37,7 +37,7 @@ def settings(saved: Saved) -> Iterator[Item]:
     if not saved.runs:
         rows += _flat(saved.ledger.get("record", {}))
     table = Table(("setting", "value"), tuple(dict.fromkeys(rows)))
-    words = "Settings, seed and versions. A run with the same ones gives the same result."
+    words = "Settings, seed and versions; a run with the same ones gives the same result."
     yield Item(SETTINGS, "How this was made", table, words, ("settings",))
     if files:
         content = Table(("command", "role", "file", "SHA-256"), tuple(files))

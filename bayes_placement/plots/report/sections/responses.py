@@ -77,7 +77,7 @@ def _item(fits: dict[str, xr.Dataset]) -> Item:
     errs = float([*fits.values()][-1]["model_error"].max()) > 0
     expected = "the noise and the model error" if errs else "the noise"
     caption = (
-        f"Dots: measured. Lines: predicted at {title}. Below: the error; what lies above "
+        f"Dots: measured; lines: predicted at {title}; below: the error, of which the part above "
         f"{expected} is what the model lacks."
     )
     content = drawing(figure, Table.of(_data(fits)))

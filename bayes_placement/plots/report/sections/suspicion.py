@@ -49,7 +49,7 @@ def items(saved: Saved) -> Iterator[Item]:
     first = greatest.iloc[0]
     caption = (
         f"The strongest trace in the model as given is that of {first['kind']}: "
-        f"{first['size']:.3g} standard deviations. Where a model fails badly, every effect leaves "
+        f"{first['size']:.3g} standard deviations; where a model fails badly, every effect leaves "
         "traces, and only the fits decide."
     )
     yield Item(SUSPICION, "Suspicion on the structure", content, caption, ("effect", "structure"))
