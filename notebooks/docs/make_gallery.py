@@ -33,7 +33,7 @@ each up to 1 cm from where it was recorded. Young's modulus is known to 4 %, the
 which falls to about 1. The cases are simulated with this package by `make_gallery.py`; studies with data
 from elsewhere are in the [tutorials](../tutorials.md).
 
-| you see | it was | chi2 per datum |
+| you see | it was | reduced chi-square |
 |---|---|---|
 """
 
