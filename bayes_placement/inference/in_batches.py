@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from .at_once import at_once
+from .threaded_map import threaded_map
 
 BATCH = 8
 """Points evaluated together: more cost memory, fewer cost compiled calls."""
@@ -39,7 +39,7 @@ class InBatches:
         if begins and not self._is_compiled:  # alone, since two threads would both compile
             write(begins[0])
             self._is_compiled, begins = True, begins[1:]
-        at_once(write, begins)
+        threaded_map(write, begins)
 
     def _write(
         self,

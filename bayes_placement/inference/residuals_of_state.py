@@ -16,12 +16,12 @@ from .._sites import Unknown
 from ..experiment.applied import AppliedLaw
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
-from .at_once import at_once
 from .batches import Form, batch
 from .coordinates import Coordinates
-from .different_rows import different_rows
+from .distinct_rows import distinct_rows
 from .in_batches import BATCH, InBatches
 from .standardised_residual import standardised_residual
+from .threaded_map import threaded_map
 
 
 class State(NamedTuple):
@@ -83,7 +83,7 @@ class ResidualsOfState:
         """Write residuals [point, datum] and sums of logs [point] into arrays."""
         mine = points[:, self.columns]
         # What another state alone has does not change this one: each point is computed once.
-        first, which = different_rows(mine)
+        first, which = distinct_rows(mine)
         if len(first) == len(mine):
             self._in_batches.fill(arrays, mine, logarithmic)
             return
@@ -125,7 +125,7 @@ class ResidualsOfState:
 
         begins = range(0, len(points), BATCH)
         of(begins[0])  # alone, since two threads would both compile
-        at_once(of, begins[1:])
+        threaded_map(of, begins[1:])
         return residual
 
     @functools.cached_property

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..at_once import at_once
-from ..different_rows import different_rows
+from ..distinct_rows import distinct_rows
+from ..threaded_map import threaded_map
 
 
 class Block(NamedTuple):
@@ -74,7 +74,7 @@ class ColumnGroups:
         count, size = len(along_groups), len(self.group)
         squares, pulls = np.zeros((count, size, size)), np.zeros((count, size))
         of_block = functools.partial(self._products_of_block, along_groups, residual)
-        products = at_once(of_block, self.blocks)
+        products = threaded_map(of_block, self.blocks)
         for (unknowns, _), (square, pull) in zip(self.blocks, products, strict=True):
             squares[:, unknowns[:, None], unknowns] += square
             pulls[:, unknowns] += pull
@@ -103,7 +103,7 @@ def _patterns(
     changes: Bool[np.ndarray, "unknown datum"],
 ) -> tuple[Bool[np.ndarray, "unknown pattern"], np.ndarray]:
     """The different columns, and which of them each datum has."""
-    first, pattern_of_datum = different_rows(np.packbits(changes, axis=0).T)
+    first, pattern_of_datum = distinct_rows(np.packbits(changes, axis=0).T)
     return changes[:, first], pattern_of_datum
 
 

@@ -15,7 +15,7 @@ Input = TypeVar("Input")
 Output = TypeVar("Output")
 
 
-def at_once(function: Callable[[Input], Output], inputs: Sequence[Input]) -> list[Output]:
+def threaded_map(function: Callable[[Input], Output], inputs: Sequence[Input]) -> list[Output]:
     """Outputs of a function, in the order of its inputs."""
     threads = None if has_one_core() else _threads(os.getpid())
     if threads is None or len(inputs) < 2:
@@ -30,4 +30,4 @@ def _threads(process: int) -> ThreadPoolExecutor | None:
     By the number of the process: one that is forked has no thread of its parent, and would wait.
     """
     count = min(os.cpu_count() or 1, MOST_AT_ONCE)
-    return ThreadPoolExecutor(count, thread_name_prefix="at_once") if count > 1 else None
+    return ThreadPoolExecutor(count, thread_name_prefix="threaded_map") if count > 1 else None
