@@ -197,6 +197,15 @@ def test_explain_names_the_effect_and_its_probability(hidden):
         assert "Missing is point_mass, 0." in where
 
 
+def test_check_and_explain_say_the_next_command(hidden):
+    folder, output = hidden
+    model = folder / "study.py"
+    assert f"\nWhat is missing: bayes-placement explain {model}\n" in output["check"]
+    words = "--effects point_mass"
+    following = f"How far the error falls with it: bayes-placement improve {model} {words}"
+    assert following in output["explain"]
+
+
 def test_the_suspicion_is_written_place_by_place(hidden):
     scores = pd.read_csv(hidden[0] / "explain" / "suspicion.csv")
     masses = scores[scores["kind"] == "point_mass"]

@@ -89,6 +89,15 @@ def test_words_are_printed_as_they_are(console):
     ]
 
 
+def test_a_verdict_is_bold_on_a_terminal_and_plain_in_a_file(console, terminal):
+    for place in (console, terminal):
+        screen = _terminal.Screen(place, place)
+        screen.verdict("The model fails.")
+        screen.always("Results are in results/")
+    assert said(console) == "The model fails.\nResults are in results/\n"
+    assert said(terminal) == "\x1b[1mThe model fails.\x1b[0m\nResults are in results/\n"
+
+
 def test_a_bar_ends_when_the_next_begins_and_the_last_with_the_work(terminal):
     with shown_progress.progress_bars(terminal, ["first", "second"]) as begin:
         begin("first")(1.0)
