@@ -266,6 +266,10 @@ Save = Annotated[
     ),
 ]
 EffectName = Annotated[str, typer.Argument(metavar="EFFECT", help="Name of the effect, see below.")]
+Numbers = Annotated[
+    list[str] | None,
+    typer.Argument(metavar="--NAME VALUE", help="Numbers and places of the effect, in SI."),
+]
 NewModel = Annotated[
     Path, typer.Option("--save", metavar="FILE", help="The new model file, which is not there yet.")
 ]

@@ -9,7 +9,7 @@ from typing import Any
 from numpyro import distributions
 
 from .._files import write_atomically
-from .._types import InputError, UsageError
+from .._types import UsageError
 from ..effects import EFFECTS, Effect
 from ..effects.library import unknown_effect
 from ._as_typed import effect_as_typed, imports_of
@@ -95,6 +95,11 @@ def _made(word: str, values: dict[str, str]) -> Effect:
         raise UsageError(f"{unknown_effect(word)}.")
     fields = {field.name: field for field in dataclasses.fields(kind) if field.init}
     needed = [name for name, field in fields.items() if _is_needed(field)]
+    if "law" in needed:
+        raise UsageError(
+            f"{word} was given; an effect of numbers is needed, since its law is typed in Python: "
+            f"experiment + bp.effects.{word}(0.3, law=bp.effects.Spring(1e4))."
+        )
     wrong = sorted(set(values) - set(fields)) or [name for name in needed if name not in values]
     if wrong:
         listed = " ".join(f"--{name} {_unit(fields[name])}" for name in needed)
@@ -103,10 +108,14 @@ def _made(word: str, values: dict[str, str]) -> Effect:
             f"are needed, in SI: {listed}. Further ones: "
             f"{', '.join(name for name in fields if name not in needed)}."
         )
-    try:
-        return kind(**{name: _value(text) for name, text in values.items()})
-    except TypeError as error:
-        raise InputError(f"{word} cannot be made of {values}: {error}") from error
+    numbers = {name: _value(text) for name, text in values.items()}
+    for name, number in numbers.items():
+        if isinstance(number, str) and "unit" in fields[name].metadata:
+            raise UsageError(
+                f"--{name} {number} was given; a number {_unit(fields[name])} is needed, several "
+                f"with commas, or a prior: --{name} 'Uniform(0.1, 1)'."
+            )
+    return kind(**numbers)
 
 
 def _is_needed(field: "dataclasses.Field[Any]") -> bool:

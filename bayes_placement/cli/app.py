@@ -88,7 +88,7 @@ def show(output: "Output", path: option.Shown, data: option.ShownData = None) ->
 @app.command(
     cls=PlainCommand,
     rich_help_panel=BEGIN,
-    context_settings={"allow_extra_args": True, "ignore_unknown_options": True},
+    context_settings={"ignore_unknown_options": True},  # numbers of the effect
     epilog=examples(
         "add model.py point_mass --mass 0.5 --at 0.37 --save heavier.py",
         "add model.py ground_spring --stiffness 'LogUniform(1e3, 1e6)' --at 0.2 --save held.py",
@@ -96,10 +96,10 @@ def show(output: "Output", path: option.Shown, data: option.ShownData = None) ->
     + effects_by_group(),
 )
 def add(
-    context: typer.Context,
     model: option.Study,
     effect: option.EffectName,
     save: option.NewModel,
+    numbers: option.Numbers = None,
     quiet: option.Quiet = False,
     as_json: option.AsJson = False,
     traceback: option.Traceback = False,
@@ -109,7 +109,7 @@ def add(
         from . import add
         from ._terminal import Screen
 
-        sentence = add.run(model, effect, context.args, save)
+        sentence = add.run(model, effect, numbers or [], save)
         Screen.of(quiet, as_json).written("add", sentence, [save])
 
 

@@ -41,8 +41,9 @@ def test_numbers_places_and_priors_are_those_that_were_typed(model):
         (("point_mass", "--at", "0.3"), 2, r"needs --mass; .*: --at [m] --mass [kg]"),
         (("point_mass", "--at", "0.3", "--mas", "1"), 2, "has no --mas;"),
         (("point_mass", "0.3", "--mass", "1"), 2, "as a name and a value"),
+        (("attached", "--at", "0.3", "--law", "Spring"), 2, "its law is typed in Python"),
         (("point_mass", "--at", "5", "--mass", "1"), 3, "lies outside the structure"),
-        (("point_mass", "--at", "0.3", "--mass", "heavy"), 3, "mass"),
+        (("point_mass", "--at", "0.3", "--mass", "heavy"), 2, "a number [kg] is needed"),
     ],
 )
 def test_what_is_wrong_is_said(model, words, code, said):
