@@ -23,6 +23,7 @@ from .experiment import (
     noise,
     observe,
 )
+from .explorer import explore
 from .inference import engines, marginals
 from .inference.infer import infer
 from .inference.report import report
@@ -50,6 +51,7 @@ __all__ = [
     "effects",
     "engines",
     "explain",
+    "explore",
     "finite_elements",
     "improve",
     "infer",

@@ -1215,6 +1215,16 @@ def calls_of_verbs():
         ),
         "Policy": Call(bp.Policy, {name: positive(value) for name, value in vars(POLICY).items()}),
         "explain": Call(bp.explain, missing),
+        "explore": Call(
+            bp.explore,
+            {
+                **{name: missing[name] for name in ("experiment", "measurement", "baseline")},
+                "store": missing["store"],
+                "port": Argument(0, {"text": "80", "half": 0.5, "nothing": None, "negative": -1}),
+                "browser": flag(False),
+            },
+            lambda page: page.close(),
+        ),
         "improve": Call(bp.improve, missing | {"level": level, "most_effects": count(1, "zero")}),
         "compare": Call(
             bp.compare,

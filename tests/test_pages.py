@@ -26,6 +26,10 @@ HOW_TO = {
     "real_measurement": ("model_error.frequency.size",),
     "hierarchical_model": ("scatter: ", "bar 3/youngs_modulus: 1.0"),
     "effect_of_my_own": ("rubber_pad",),
+    "explore": (
+        "Explorer: http://127.0.0.1:",
+        "values |= {'structure.effects.point_mass.mass': 0.54}",
+    ),
     "unlisted": (
         "displacement at 280 mm: dashpot - spring removes 100%",
         "pad times 1.0",

@@ -124,6 +124,13 @@ States = Annotated[
     ),
 ]
 Alone = Annotated[bool, typer.Option("--alone", help="Leave out the earlier state.")]
+Port = Annotated[
+    int,
+    typer.Option(help="Port of the page on this machine; 0 for a free one.", min=0, max=65535),
+]
+NoBrowser = Annotated[
+    bool, typer.Option("--no-browser", help="Print the address of the page, and open no browser.")
+]
 EarlierData = Annotated[
     Path | None,
     typer.Option(

@@ -5,30 +5,31 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pandas as pd
 import xarray as xr
-from matplotlib.figure import Figure
 
 from .._files import write_atomically, write_csv, write_json
 from .._processes import begun_in_helper
 from ..inference.record import now, versions
 from ..io import netcdf
 from ..io.laws import write_law
-from ..plots.report import write_report
 from ._errors import MODEL_FAILS
 from ._result_folder import RECORD, ResultFolder, identified, records, source_of
 from ._terminal import Screen
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 DOTS_PER_INCH = 120
 
 
-Drawing = Callable[[], Mapping[str, Figure]]
+Drawing = Callable[[], Mapping[str, "Figure"]]
 """Draws figures that belong together, by the names of their files."""
 
 
-def numbered(name: str, pages: Sequence[Figure]) -> dict[str, Figure]:
+def numbered(name: str, pages: "Sequence[Figure]") -> "dict[str, Figure]":
     """Pages of a figure by the names of their files, numbered from the second on."""
     stem, suffix = Path(name).stem, Path(name).suffix
     further = {f"{stem}_{number}{suffix}": page for number, page in enumerate(pages[1:], 2)}
@@ -180,6 +181,8 @@ class Run:
         return code
 
     def _write_report(self, screen: Screen) -> None:
+        from ..plots.report import write_report  # a second, which `explore` has no use for
+
         page = write_report(self.top)
         self._note(page.name)
         self._note(page.with_suffix(".json").name)

@@ -5,6 +5,7 @@ The completed model is the model with the effects that it lacked.
 
 import os
 import textwrap
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -87,21 +88,47 @@ class CompletedModel(NamedTuple):
         """Write the model as it was given, and the effects of the ledger."""
         known = {effect.name for effect in experiment.effects}
         added = [effect for effect in ledger.experiment.effects if effect.name not in known]
+        last = ledger.steps[-1]
+        means = {name: item.mean for name, item in last.parameters.items()}
+        words = {effect.name: _sizes_in_words(effect, last) for effect in added}
+        self.write_effects(experiment, added, words, means)
+
+    def write_effects(
+        self,
+        experiment: Experiment,
+        added: Sequence[Effect],
+        words: Mapping[str, str],
+        means: Mapping[str, float],
+    ) -> None:
+        """Write the model as it was given, and effects.
+
+        Parameters
+        ----------
+        experiment
+            The experiment as it was given.
+        added
+            The effects.
+        words
+            What was found of each, by its name.
+        means
+            Value of each unknown by name.
+        """
         if not self.path.suffix:
             write_completed(self.path, self.model, experiment, added)
             return
-        last = ledger.steps[-1]
         original = OF_MODES if self._is_modal else "study.experiment"
-        parts = [_addition(experiment, effect, last, original) for effect in added]
+        parts = [
+            _addition(experiment, effect, words.get(effect.name, ""), original) for effect in added
+        ]
         head = self._head(added, original, "".join(parts))
-        text = "\n".join([head, *parts, _found(last)])
+        text = "\n".join([head, *parts, _found(means)])
         write_atomically(self.path, lambda path: path.write_text(text, encoding="utf-8"))
 
     @property
     def _is_modal(self) -> bool:
         return self.data is not None and holds_modal_parameters(self.data)
 
-    def _head(self, added: list[Effect], original: str, body: str) -> str:
+    def _head(self, added: Sequence[Effect], original: str, body: str) -> str:
         reader = "modal_parameters.read" if self._is_modal else "read_measurement"
         data = (
             f"bp.io.{reader}(HERE / {from_folder_of(self.path, self.data)!r})" if self.data else ""
@@ -152,10 +179,13 @@ def completed_model(
     return CompletedModel(path, model, data, model_error)
 
 
-def _addition(experiment: Experiment, effect: Effect, found: FittedModel, original: str) -> str:
-    """Lines that add an effect as it is typed, or as one of the default candidates."""
+def _sizes_in_words(effect: Effect, found: FittedModel) -> str:
     numbers = found.estimates_of(effect.name).items()
-    words = ", ".join(f"{word} {item.with_interval()}" for word, item in numbers)
+    return ", ".join(f"{word} {item.with_interval()}" for word, item in numbers)
+
+
+def _addition(experiment: Experiment, effect: Effect, words: str, original: str) -> str:
+    """Lines that add an effect as it is typed, or as one of the default candidates."""
     comment = textwrap.fill(words, initial_indent="# ", subsequent_indent="# ", width=WIDTH)
     call = effect_as_typed(effect)
     if call is None:
@@ -166,8 +196,7 @@ def _addition(experiment: Experiment, effect: Effect, found: FittedModel, origin
     return f"{comment}\n{lines}" if words else lines
 
 
-def _found(model: FittedModel) -> str:
+def _found(means: Mapping[str, float]) -> str:
     """Lines that name each unknown with its mean."""
-    means = {name: item.mean for name, item in model.parameters.items()}
     lines = (f"    {name!r}: {float(f'{mean:.{DIGITS}g}')},\n" for name, mean in means.items())
     return FOUND.format(lines="".join(lines))

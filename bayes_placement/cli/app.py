@@ -229,6 +229,32 @@ def improve(
 @command(
     app,
     rich_help_panel=ASK,
+    without=("report",),
+    epilog=examples("explore model.py", "explore model.py --data measured.uff --port 8000"),
+)
+def explore(
+    output: "Output",
+    model: option.Study,
+    data: option.Data = None,
+    lines: option.MostLines = None,
+    model_error: option.ModelError = False,
+    baseline: option.Baseline = None,
+    alone: option.Alone = False,
+    port: option.Port = 0,
+    no_browser: option.NoBrowser = False,
+) -> int:
+    """Open a page to compare a model with its data, change it by hand, fit and search."""
+    from . import _missing_effects, explore
+
+    request = _missing_effects.Request(
+        model, data, None, output, lines, model_error, baseline, alone
+    )
+    return explore.run(request, port, not no_browser)
+
+
+@command(
+    app,
+    rich_help_panel=ASK,
     epilog=examples(
         "place model.py --least-distance 0.05 --forbidden 0.4:0.45",
         "place model.py --data measured.uff --estimator separation",

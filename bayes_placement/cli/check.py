@@ -73,7 +73,7 @@ def run(
         screen.text(f"What the data say of the parameters: {command_on('update', path, data)}")
     else:
         screen.text(f"What is missing: {command_on('explain', path, data, *flags)}")
-    _write(misfit, sentences, run)
+    write(misfit, sentences, run)
     run.verdict(misfit.verdict())
     kept = of_check(posterior, misfit, inputs.experiment, inputs.measurement)
     run.tree(FINDINGS, kept)
@@ -81,7 +81,8 @@ def run(
     return run.finish(screen, misfit.verdict(), {"sentences": sentences}, passed=misfit.passed)
 
 
-def _write(misfit: Misfit, sentences: list[str], run: Run) -> None:
+def write(misfit: Misfit, sentences: list[str], run: Run) -> None:
+    """Write what a check says as a table and as text."""
     table = misfit.table()
     run.table("misfit.csv", table.apply(pd.to_numeric, errors="coerce"))
     run.report("misfit.txt", table, sentences)

@@ -46,7 +46,7 @@ def _run_one(request: Request, inputs: Inputs) -> int:
     show_reach(ledger.reach, inputs)
     screen.list(further)
     inputs.run.verdict(verdict)
-    screen.list(_write(ledger, inputs, inputs.run))
+    screen.list(write(ledger, inputs, inputs.run))
     if request.save is not None:
         _save(request.save, ledger, inputs)
     folder = inputs.run.folder
@@ -85,7 +85,7 @@ def _run_states(request: Request, inputs: Inputs, states: Mapping[str, Measureme
     run.table("states.csv", ledger.table())
     for number, (label, of_state) in enumerate(ledger.ledgers.items(), 1):
         within = run.within(f"state_{number}")
-        _write(of_state, inputs._replace(measurement=states[label]), within)
+        write(of_state, inputs._replace(measurement=states[label]), within)
         screen.text(f'Ledger and figures of "{label}": {within.folder}/')
     explained = not any(of_state.unexplained for of_state in ledger.ledgers.values())
     return run.finish(screen, verdict, ledger.to_json(), passed=explained)
@@ -97,7 +97,7 @@ def _improve_states(
     return improve(experiment, states, **settings)
 
 
-def _write(ledger: Ledger, inputs: Inputs, run: Run) -> list[str]:
+def write(ledger: Ledger, inputs: Inputs, run: Run) -> list[str]:
     """Write what was found, and return where to measure next in words."""
     run.json("ledger.json", ledger.to_json())
     run.text("ledger.txt", in_full(ledger, ()))

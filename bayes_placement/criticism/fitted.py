@@ -77,7 +77,7 @@ def outputs_at(
     data = experiment.data(measurement)
     concrete = experiment.fix(with_arrays(experiment, values))
     # Run once: to compile it well takes longer.
-    predicted, variance = compiled(_prediction).bound(concrete, data, effort=0)()
+    predicted, variance = compiled(prediction).bound(concrete, data, effort=0)()
     return OutputsAtValues(*map(np.asarray, (data.z, predicted, variance, data.measured)))
 
 
@@ -168,8 +168,8 @@ def with_arrays(experiment: Experiment, values: Mapping[str, float]) -> dict[str
     return from_scalars(shapes, values)
 
 
-def _prediction(concrete: Experiment, data: Data) -> tuple[Response, Response]:
-    """Predicted outputs and the variance of the noise of each."""
+def prediction(concrete: Experiment, data: Data) -> tuple[Response, Response]:
+    """Predicted outputs and the variance of the noise of each, of a model without unknowns."""
     assert concrete.noise is not None
     predicted = concrete.predict()
     error = concrete.noise.distribution(predicted, data)

@@ -1,0 +1,39 @@
+"""The model of a page as a model file: as given, with the effects that were added."""
+
+import itertools
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ._missing_effects import Request
+from ._save import CompletedModel
+
+if TYPE_CHECKING:
+    from ..explorer.live import LivePage
+
+
+def explored_model(request: Request, page: "LivePage") -> Path:
+    """Write the model at hand into a new file beside the model, and return its path.
+
+    Parameters
+    ----------
+    request
+        What the command was given.
+    page
+        The page.
+    """
+    session = page.session
+    given = session.states[0].model.experiment
+    known = {effect.name for effect in given.effects}
+    added = [effect for effect in session.model.experiment.effects if effect.name not in known]
+    values = {name: float(value) for name, value in session.model.values.items()}
+    path = _new_path(request.path)
+    model = CompletedModel(path, request.path, request.data, request.model_error)
+    model.write_effects(given, added, {}, values)
+    return path
+
+
+def _new_path(model: Path) -> Path:
+    """A file or folder beside the model that is not there yet."""
+    suffix = "" if model.is_dir() else ".py"
+    names = (f"{model.stem}_explored_{number}{suffix}" for number in itertools.count(1))
+    return next(path for path in (model.with_name(name) for name in names) if not path.exists())

@@ -1,0 +1,135 @@
+"""`bayes-placement explore`: the live page of a model and its measurement."""
+
+import webbrowser
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .._types import InputError
+from ..experiment.model_error import Modal
+from ..explorer.opened import Given, opened
+from ..inference.engines import MAP
+from ..io._gate import files_read
+from ._explored_model import explored_model
+from ._findings import FINDINGS, of_check
+from ._inputs import Inputs, infer_posterior, named_method, print_data_faults, read_both
+from ._lines import choose_lines
+from ._missing_effects import Request
+
+if TYPE_CHECKING:
+    from ..explorer.live import LivePage
+
+Save = Callable[["LivePage"], Path]
+
+
+def run(request: Request, port: int, browser: bool) -> int:
+    """Open the page, and serve it until Ctrl-C.
+
+    Parameters
+    ----------
+    request
+        What the command was given.
+    port
+        Port of the page, or 0 for a free one.
+    browser
+        Whether to open the browser.
+
+    Returns
+    -------
+    int
+        The exit code.
+    """
+    inputs, head = _read(request)
+    screen, run = inputs.screen, inputs.run
+    given = Given(request.path.stem, head, run.shared, port, _saves(request, inputs))
+    baseline = request.earlier(inputs.study)
+    explorer = opened(inputs.experiment, inputs.measurement, baseline, given)
+    screen.verdict(f"The page is at {explorer.address}")
+    screen.text("It is for this machine and you alone. Ctrl-C ends it; its state is kept.")
+    screen.list(filter(None, [explorer.words]))
+    if browser:
+        webbrowser.open(explorer.address)
+    try:
+        explorer.wait()
+    except KeyboardInterrupt:
+        screen.text("")
+    finally:
+        explorer.close()
+    run.text("script.py", explorer.session.script().rstrip())
+    chi2 = explorer.session.chi2.get(explorer.session.current, float("nan"))
+    words = f"Explored: reduced chi-square {chi2:.3g} at the last step."
+    run.verdict(words)
+    return run.finish(screen, words, {"script": explorer.session.script()})
+
+
+def _read(request: Request) -> tuple[Inputs, str]:
+    """Read study and measurement, and nothing that takes time before the page stands."""
+    output = request.output
+    with files_read() as files:
+        study, measurement = read_both(request.path, request.data, "explore")
+    experiment = study.experiment
+    if request.model_error and experiment.model_error is None:
+        experiment = experiment.with_model_error(Modal())
+    try:
+        lines = choose_lines(experiment, measurement, request.most_lines)
+    except InputError:
+        print_data_faults(output.screen, study, measurement)
+        raise
+    study = study._replace(experiment=lines.experiment)
+    run = output.begin("explore", request.path, files=files, lines=request.most_lines)
+    output.screen.text(lines.sentence)
+    head = _head(request, is_thinned=lines.experiment is not experiment)
+    return Inputs(output.screen, run, study, measurement, []), head
+
+
+def _head(request: Request, *, is_thinned: bool) -> str:
+    """Lines of Python that make experiment and measurement as the page has them."""
+    reader = "case" if request.path.is_dir() else "model"
+    measured = (
+        "study.measurement"
+        if request.data is None
+        else f"bp.io.read_measurement({str(request.data)!r})"
+    )
+    lines = [
+        f"study = bp.io.{reader}.read({str(request.path)!r})",
+        "experiment = study.experiment",
+        f"measurement = {measured}",
+    ]
+    if request.model_error:
+        lines.append("experiment = experiment.with_model_error(bp.model_error.Modal())")
+    if is_thinned:
+        lines.insert(0, "from bayes_placement.cli._lines import choose_lines")
+        chosen = f"choose_lines(experiment, measurement, {request.most_lines})"
+        lines.append(f"experiment = {chosen}.experiment")
+    return "\n".join(lines)
+
+
+def _saves(request: Request, inputs: Inputs) -> Mapping[str, Save]:
+    return {"model": partial(explored_model, request), "report": partial(_report, inputs)}
+
+
+def _report(inputs: Inputs, page: "LivePage") -> Path:
+    """Write the report of the last search, or of a check of the model at hand."""
+    # What draws figures takes a second to import, and the page is to stand at once.
+    from ..criticism.check.check import check
+    from ..plots.report import write_report
+    from . import check as check_command
+    from . import improve as improve_command
+
+    run = inputs.run
+    if page.ledger is not None:
+        improve_command.write(page.ledger, inputs, run)
+        run.verdict(page.ledger.words()[0])
+    else:
+        model = page.session.model
+        method = named_method(inputs.study, "map", "latent")
+        method = method._replace(engine=MAP(begin=model.values))
+        posterior = infer_posterior(
+            model.experiment, inputs.measurement, method, 0, lambda share: None
+        )
+        misfit = check(posterior)
+        check_command.write(misfit, misfit.words(), run)
+        run.tree(FINDINGS, of_check(posterior, misfit, model.experiment, inputs.measurement))
+        run.verdict(misfit.verdict())
+    return write_report(run.top)

@@ -1,0 +1,101 @@
+"""A model fitted from given values of its unknowns, as far as descents from there lead."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from ...experiment.experiment import Experiment, Measurements
+from ...inference.engines.least_squares import NormalEquations, ParameterPoints
+from ...inference.engines.levenberg_marquardt import LARGEST, Objective, best_fit, minimise
+from ...inference.estimates import scalars
+from ...inference.residuals import Problem, sizes_of
+from ..fitted import with_arrays
+
+NEAR, STEPS = 10, 60
+"""Steps along logarithmic residuals, which find resonances from afar, and those to the end."""
+
+Values = Mapping[str, float]
+"""Value of each unknown by name, elements of arrays one by one."""
+
+Seen = Callable[[dict[str, float]], None]
+"""Called with the values to which a descent has come."""
+
+
+def fitted_from(
+    experiment: Experiment, measurement: Measurements, values: Values, seen: Seen
+) -> dict[str, float]:
+    """Fit a model from given values alone; sizes of a model error stay as they are.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    measurement
+        What was measured.
+    values
+        Where the descents begin.
+    seen
+        Called with the best values so far, step by step.
+
+    Raises
+    ------
+    InfeasibleError
+        If a prior has no inverse distribution function.
+    """
+    sizes = {size.name: float(values[size.name]) for size in sizes_of(experiment)}
+    problem = Problem(experiment, experiment.data(measurement), sizes=sizes)
+    squares = problem.squares
+
+    def watched(logarithmic: bool) -> "_Watched":
+        objective = squares.objective(logarithmic=logarithmic)
+        return _Watched(objective, lambda point: seen(_named(problem, point)))
+
+    start = _start(problem, values)
+    near, _ = minimise(watched(True), start, steps=NEAR)
+    starts = np.concatenate([start, near])
+    ends, normal = minimise(watched(False), starts, steps=STEPS, count=squares.count)
+    return _named(problem, best_fit(ends, normal, squares.count).point)
+
+
+class _Watched:
+    """What a descent makes small, which tells where it has come to.
+
+    Parameters
+    ----------
+    objective
+        What is made small.
+    seen
+        Called with the best of the points at which slopes are taken.
+    """
+
+    def __init__(self, objective: Objective, seen: Callable[[np.ndarray], None]):
+        self._objective, self._seen = objective, seen
+
+    def cost(self, points: ParameterPoints) -> np.ndarray:
+        """Minus log posterior density at points [point]."""
+        return self._objective.cost(points)
+
+    def normal_equations(self, points: ParameterPoints) -> NormalEquations:
+        """The same, its gradient and curvature."""
+        normal = self._objective.normal_equations(points)
+        self._seen(points[int(np.argmin(np.nan_to_num(normal.cost, nan=np.inf)))])
+        return normal
+
+
+def _start(problem: Problem, values: Values) -> ParameterPoints:
+    """Coordinates of the values; at an edge of a prior a little inside."""
+    named = with_arrays(problem.at_fixed_sizes, values)
+    vector = np.asarray(problem.coordinates.vector(named), dtype=float)
+    return np.clip(np.nan_to_num(vector), -LARGEST, LARGEST)[None]
+
+
+def _named(problem: Problem, point: np.ndarray) -> dict[str, float]:
+    """Value of every unknown at a point, elements of arrays one by one."""
+    named: dict[str, Any] = problem.coordinates.named(point[None])
+    elements = {
+        word: float(value[0, 0])
+        for name, array in named.items()
+        for word, value in scalars(name, array[None])
+    }
+    return elements | problem.sizes

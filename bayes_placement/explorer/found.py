@@ -1,0 +1,100 @@
+"""What reach and a search have found, as the page shows it."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from ..criticism.missing.fitted_model import FittedModel
+from ..criticism.missing.ledger import Ledger
+from ..criticism.reach._channels import CHANNELS
+from ..criticism.reach.reach import Reach
+from ..experiment.experiment import Experiment
+from ..experiment.model_error import Modal
+from ..inference.residuals import sizes_of
+from ..io.case._effects import stated_effects
+from ..laws.tabulated import COMPLIANCES
+from .actions import Improved
+from .steps import as_drawn
+
+
+def reach_for_page(reach: Reach) -> dict[str, Any]:
+    """Return what laws can do at each place, and the law that the data ask for, kind by kind.
+
+    Parameters
+    ----------
+    reach
+        What `bp.reach` returned.
+    """
+    kinds = [
+        {
+            **kind,
+            "is_channel": kind["acts_on"] in CHANNELS,
+            "law_in_words": reach.kinds()["law"][kind["acts_on"]].in_words(),
+            "few_numbers": float(reach.kinds()["few_numbers"][kind["acts_on"]]),
+            "measured": _law(reach, kind["acts_on"]),
+        }
+        for kind in reach.to_json()
+    ]
+    return {"kinds": kinds, "words": reach.words(), "fails": reach.fails}
+
+
+def _law(reach: Reach, kind: str) -> Mapping[str, Any] | None:
+    """The law as measured and the best network, line by line; None where none was read."""
+    if kind not in reach.measured or kind in CHANNELS:
+        return None
+    table = reach.law_as_measured(kind)
+    unit = str(table["unit"].iloc[0])
+    omega = jnp.asarray(2 * np.pi * table["frequency"].to_numpy())
+    law = np.asarray(reach.kinds()["law"][kind].dynamic_stiffness(omega))
+    named = 1 / law if unit in COMPLIANCES else law
+    columns = ["frequency", "real", "imaginary", "deviation_real", "deviation_imaginary"]
+    measured = {name: table[name].tolist() for name in columns}
+    return {**measured, "unit": unit, "law_real": named.real, "law_imaginary": named.imag}
+
+
+def ledger_for_page(ledger: Ledger) -> dict[str, Any]:
+    """Return candidates with probabilities, what they cannot be told from, and the sentences.
+
+    Parameters
+    ----------
+    ledger
+        What `bp.improve` returned.
+    """
+    best = ledger.compared.sort_values("log_odds", ascending=False).drop_duplicates("effects")
+    return {
+        "words": ledger.words(),
+        "probabilities": ledger.probabilities,
+        "confounded": ledger.confounded,
+        "compared": best.head(12).to_dict("records"),
+        "steps": [
+            {"added": step.added, "chi2": step.chi2_per_datum, "words": step.description()}
+            for step in ledger.steps
+        ],
+    }
+
+
+def actions_of(ledger: Ledger, experiment: Experiment) -> list[Improved]:
+    """Return the steps of a ledger as actions on the experiment that was searched.
+
+    Parameters
+    ----------
+    ledger
+        What `bp.improve` returned.
+    experiment
+        The experiment that it was given.
+    """
+    return [_action(number, step, experiment) for number, step in enumerate(ledger.steps)]
+
+
+def _action(number: int, step: FittedModel, experiment: Experiment) -> Improved:
+    assert step.experiment is not None
+    new = [effect for effect in step.experiment.effects if effect.name in step.effects]
+    has_error = step.experiment.model_error is not None
+    is_new = has_error and experiment.model_error is None
+    known = experiment.with_model_error(Modal()) if is_new else experiment
+    sizes = {size.name: float(step.values[size.name]) for size in sizes_of(known)}
+    values = {name: float(step.values[name]) for name in as_drawn(step.experiment)}
+    stated = tuple(stated_effects(experiment, new))
+    return Improved(number, stated, is_new, sizes, values)

@@ -1,0 +1,352 @@
+"""The model behind a page: it answers messages and hears of its workers, in one thread."""
+
+import sys
+import traceback
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from .._types import PackageError
+from ..criticism.missing.ledger import Ledger
+from ..experiment.experiment import Experiment
+from ..experiment.noise import Data
+from .actions import Action, Drawn, Moved, Refitted, Removed, ValuedModel
+from .candidates import Position, added, placed_at
+from .drawn_structure import modes_for_page
+from .found import actions_of, ledger_for_page, reach_for_page
+from .frames import packed
+from .messages import Message
+from .page_frames import Surroundings, curves_frame, model_frame, state_for_page
+from .response import Response, ResponseOf, items_of
+from .session import Session
+from .sliders import Slider, sliders
+from .worker import Told, Worker
+from .worker_process import AskedOfWorker
+
+NOW, DRAWN, FITTED, COMPLETED = "now", "as drawn", "fitted as given", "completed"
+COMPARED = "compared"
+"""Names of curves."""
+
+
+class LivePage:
+    """A session with its curves, workers and files.
+
+    Parameters
+    ----------
+    session
+        The session.
+    around
+        What it is given besides.
+    send
+        Called with each frame for the page.
+    post
+        Called with a function that is to be run in the thread of this object.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        around: Surroundings,
+        send: Callable[[bytes], None],
+        post: Callable[[Callable[[], None]], None],
+    ):
+        self.session, self.around = session, around
+        self.ledger: Ledger | None = None
+        self._send = send
+        self.data: Data = session.model.experiment.data(session.measurement)
+        self._responses: dict[int, ResponseOf] = {}
+        self._sliders: dict[int, list[Slider]] = {}
+        self._curves: dict[str, bytes] = {}
+        self._found: dict[str, bytes] = {}
+        self._searched: Experiment | None = None
+        self._running: dict[int, tuple[str, int]] = {}
+        self._background = Worker(lambda told: post(lambda: self._hear(told)))
+        self._at_hand = Worker(lambda told: post(lambda: self._hear_at_hand(told)))
+        self._task: tuple[int, str] | None = None
+        self._has_begun = False
+
+    def greet(self) -> None:
+        """Send all that a new page needs, the present curves first."""
+        self._send(model_frame(self.session, self.data, self.around))
+        self._tell_curves(NOW, self.session.model)
+        self._tell_state()
+        first = self.session.states[0].model
+        if DRAWN not in self._curves:
+            self._tell_curves(DRAWN, first)
+            self.keep()
+        for frame in (*self._curves.values(), *self._found.values()):
+            self._send(frame)
+        self._tell_task(self._task)
+        if not self._has_begun:
+            self._begin()
+
+    def prepare(self) -> None:
+        """Compile the response, which the first page needs at once."""
+        self.response(self.session.model)
+
+    def _begin(self) -> None:
+        """Let the background worker look at the model as given, once a page shows it as drawn."""
+        self._has_begun = True
+        for task in ("offered", "check_data", "as_given", "reach"):
+            self._begin_in_background(task, 0)
+
+    def handle(self, message: Message) -> None:
+        """Do what a page asks for; what cannot be done is told in a sentence."""
+        try:
+            getattr(self, f"_on_{message.do}")(**message.content)
+        except PackageError as error:
+            self._tell("error", words=str(error))
+        except Exception as error:  # noqa: BLE001  the page goes on, and says what happened
+            traceback.print_exc(file=sys.stderr)
+            reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
+            self._tell("error", words=f"This failed: {reason}. Please report it.")
+
+    def close(self) -> None:
+        """End the workers and keep the state."""
+        self._background.stop()
+        self._at_hand.stop()
+        self.keep()
+
+    def keep(self) -> None:
+        """Keep the state in its file."""
+        words = self.around.kept.write(self.session)
+        if words:
+            self._tell("error", words=words)
+
+    def response(self, model: ValuedModel) -> Response:
+        """Response of a model, compiled once for each experiment of the session."""
+        key = id(model.experiment)  # those of states are never freed
+        if key not in self._responses:
+            self._tell("busy", words="A model of another structure is compiled.")
+            self._responses[key] = ResponseOf(model.experiment, self.data)
+        return self._responses[key](model.values)
+
+    # ------------------------------------------------------------ what a page asks for
+
+    def _on_move(self, values: Mapping[str, float], serial: int) -> None:
+        known = self._known(values)
+        model = self.session.model
+        self._tell_curves(NOW, model._replace(values={**model.values, **known}), serial)
+
+    def _on_drag(self, effect: str, at: Position, serial: int) -> None:
+        self._on_move(self._values_at(effect, at), serial)
+
+    def _on_set(self, values: Mapping[str, float]) -> None:
+        self._do(Moved(self._known(values)))
+
+    def _on_put(self, effect: str, at: Position) -> None:
+        self._on_set(self._values_at(effect, at))
+
+    def _on_add(self, kind: str, number: int | None, at: Position | None) -> None:
+        self._do(added(self.session.model.experiment, kind, number, at))
+
+    def _on_remove(self, effect: str) -> None:
+        self._do(Removed(effect))
+
+    def _on_reset(self) -> None:
+        self._do(Drawn())
+
+    def _on_undo(self) -> None:
+        self.session.undo()
+        self._tell_all()
+
+    def _on_redo(self) -> None:
+        self.session.redo()
+        self._tell_all()
+
+    def _on_go(self, state: int) -> None:
+        self.session.go(state)
+        self._tell_all()
+
+    def _on_compare(self, state: int) -> None:
+        if state < len(self.session.states):
+            compared = self.session.states[state]
+            self._tell_curves(COMPARED, compared.model, title=f"{state}. {compared.title}")
+
+    def _on_fit(self) -> None:
+        self._begin_at_hand("fit", values=dict(self.session.model.values))
+
+    def _on_search(self) -> None:
+        self._begin_at_hand("search")
+
+    def _on_reach(self) -> None:
+        self._begin_in_background("reach", self.session.current)
+
+    def _on_stop(self) -> None:
+        self._at_hand.stop()
+        self._tell_task(None)
+        self._tell_all()
+
+    def _on_modes(self) -> None:
+        model = self.session.model
+        first = self.session.states[0].model
+        self._tell(
+            "modes",
+            now=modes_for_page(model.experiment, model.values),
+            before=modes_for_page(first.experiment, first.values),
+        )
+
+    def _on_save(self, what: str) -> None:
+        save = self.around.saves.get(what)
+        if save is None:
+            self._tell("error", words=NOT_SAVED.format(what=what))
+        else:
+            self._tell("saved", words=f"{what.capitalize()} written: {save(self)}")
+
+    # ------------------------------------------------------------ workers
+
+    def _asked(self, experiment: Experiment) -> AskedOfWorker:
+        return AskedOfWorker(
+            experiment, self.session.measurement, self.around.baseline, self.around.store
+        )
+
+    def _begin_in_background(self, task: str, state: int) -> None:
+        asked = self._asked(self.session.states[state].model.experiment)
+        self._running[self._background.begin(task, asked=asked)] = task, state
+
+    def _begin_at_hand(self, task: str, **further: Any) -> None:
+        if self._task is not None:
+            return
+        self._searched = self.session.model.experiment
+        number = self._at_hand.begin(task, asked=self._asked(self._searched), **further)
+        self._tell_task((number, task))
+
+    def _hear(self, told: Told) -> None:
+        """Hear of the worker in the background."""
+        task, state = self._running[told.number]
+        if told.word == "progress":
+            self._tell("background", task=task, share=told.content)
+        elif told.word == "failed":
+            self._tell("background", task=task, share=1.0, words=told.content)
+        elif task == "as_given":
+            first = self.session.states[0].model
+            self._tell_curves(FITTED, first._replace(values=told.content))
+        elif task == "offered":
+            self._tell_found("palette", {"kinds": [kind._asdict() for kind in told.content]})
+        elif task == "check_data":
+            self._tell_found("faults", {"sentences": told.content})
+        else:
+            title = self.session.states[state].title
+            self._tell_found("reach", {**reach_for_page(told.content), "of": title})
+            self._tell("background", task=task, share=1.0)
+
+    def _hear_at_hand(self, told: Told) -> None:
+        """Hear of a fit or a search, unless it was stopped meanwhile."""
+        if self._task is None or told.number != self._task[0]:
+            return
+        _, task = self._task
+        if told.word == "progress":
+            self._tell("task", task=task, share=told.content)
+        elif told.word == "seen":
+            self._tell_curves(NOW, ValuedModel(self._asked_for(), told.content), task=task)
+        else:
+            self._tell_task(None)
+            self._end(task, told)
+
+    def _end(self, task: str, told: Told) -> None:
+        if told.word == "failed":
+            self._tell("error", words=told.content)
+            self._tell_all()
+        elif task == "fit":
+            self._do(Refitted(told.content))
+        else:
+            self._take_over(told.content)
+
+    def _take_over(self, ledger: Ledger) -> None:
+        """Make each step of a ledger a state, from the one at which the search began."""
+        self.ledger = ledger
+        begun = self.session.current
+        for action in actions_of(ledger, self._asked_for()):
+            self.session.go(begun)
+            self.session.do(action)
+            response = self.response(self.session.model)
+            self.session.chi2[self.session.current] = response.chi2
+        self._tell_found("ledger", ledger_for_page(ledger))
+        if ledger.steps[-1].effects:
+            self._tell_curves(COMPLETED, self.session.model)
+        self.keep()
+        self._tell_all()
+
+    def _asked_for(self) -> Experiment:
+        assert self._searched is not None
+        return self._searched
+
+    # ------------------------------------------------------------ frames
+
+    def _do(self, action: Action) -> None:
+        model = self.session.do(action).model
+        try:
+            self.response(model)
+        except Exception:
+            self.session.take_back()
+            raise
+        self._tell_all()
+        self.keep()
+
+    def _tell_all(self) -> None:
+        self._tell_curves(NOW, self.session.model)
+        self._tell_state()
+
+    def _known(self, values: Mapping[str, float]) -> Mapping[str, float]:
+        """Values within their ranges, of what the model has; whole where only these are meant."""
+        shown = {slider.name: slider for slider in self._sliders_of_model()}
+        return {
+            name: _within(shown[name], value) for name, value in values.items() if name in shown
+        }
+
+    def _values_at(self, effect: str, at: Position) -> dict[str, float]:
+        experiment = self.session.model.experiment
+        is_there = effect in (present.name for present in experiment.effects)
+        return placed_at(experiment, effect, at) if is_there else {}
+
+    def _sliders_of_model(self) -> list[Slider]:
+        experiment = self.session.model.experiment
+        if id(experiment) not in self._sliders:
+            self._sliders[id(experiment)] = sliders(experiment)
+        return self._sliders[id(experiment)]
+
+    def _tell_curves(
+        self, name: str, model: ValuedModel, serial: int = 0, task: str = "", title: str = ""
+    ) -> None:
+        response = self.response(model)
+        is_state = model is self.session.model
+        if is_state and name == NOW:
+            self.session.chi2[self.session.current] = response.chi2
+        frame = curves_frame(
+            response,
+            name=name,
+            title=title,
+            serial=serial,
+            task=task,
+            is_state=is_state,
+            items=items_of(model.experiment),
+            values=model.values if task else {},
+        )
+        if name != NOW:
+            self._curves[name] = frame
+        self._send(frame)
+
+    def _tell_state(self) -> None:
+        self._tell("state", **state_for_page(self.session, self._sliders_of_model()))
+
+    def _tell_found(self, word: str, content: Mapping[str, Any]) -> None:
+        self._found[word] = packed({"is": word, **content}, {})
+        self._send(self._found[word])
+
+    def _tell_task(self, task: tuple[int, str] | None) -> None:
+        self._task = task
+        self._tell("task", task="" if task is None else task[1], share=0.0)
+
+    def _tell(self, word: str, **content: Any) -> None:
+        self._send(packed({"is": word, **content}, {}))
+
+
+NOT_SAVED = (
+    "A {what} cannot be saved from here; a page of bayes-placement explore MODEL is needed, since "
+    "it is written beside the model file. Copy the script instead."
+)
+"""What is said where something cannot be saved."""
+
+
+def _within(slider: Slider, value: float) -> float:
+    inside = min(max(float(value), slider.low), slider.high)
+    return round(inside) if slider.is_whole else inside

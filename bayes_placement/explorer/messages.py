@@ -1,0 +1,119 @@
+"""What a page may ask for: each message is checked field by field before anything is done."""
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+LONGEST = 16_384
+"""Most letters of a message."""
+
+MOST_VALUES, LONGEST_NAME = 256, 200
+"""Most values in a message, and most letters of a name."""
+
+
+class MessageError(ValueError):
+    """A message that no page of ours sends."""
+
+
+class Message(NamedTuple):
+    """What a page asks for.
+
+    Parameters
+    ----------
+    do
+        The word of what is to be done.
+    content
+        Its fields.
+    """
+
+    do: str
+    content: Mapping[str, Any]
+
+    @property
+    def is_preview(self) -> bool:
+        """Whether a newer one of its kind takes its place."""
+        return self.do in PREVIEWS
+
+
+def _is_name(value: Any) -> bool:
+    return isinstance(value, str) and 0 < len(value) <= LONGEST_NAME
+
+
+def _is_number(value: Any) -> bool:
+    is_real = isinstance(value, int | float) and not isinstance(value, bool)
+    return is_real and math.isfinite(value)
+
+
+def _is_count(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 1_000_000
+
+
+def _is_values(value: Any) -> bool:
+    is_short = isinstance(value, dict) and 0 < len(value) <= MOST_VALUES
+    return is_short and all(_is_name(k) and _is_number(v) for k, v in value.items())
+
+
+def _is_place(value: Any) -> bool:
+    return isinstance(value, list) and len(value) == 3 and all(map(_is_number, value))
+
+
+def _or_none(check: Callable[[Any], bool]) -> Callable[[Any], bool]:
+    return lambda value: value is None or check(value)
+
+
+def _one_of(*words: str) -> Callable[[Any], bool]:
+    return lambda value: value in words
+
+
+ALLOWED: Mapping[str, Mapping[str, Callable[[Any], bool]]] = {
+    "move": {"values": _is_values, "serial": _is_count},
+    "drag": {"effect": _is_name, "at": _is_place, "serial": _is_count},
+    "set": {"values": _is_values},
+    "put": {"effect": _is_name, "at": _is_place},
+    "add": {"kind": _is_name, "number": _or_none(_is_count), "at": _or_none(_is_place)},
+    "remove": {"effect": _is_name},
+    "undo": {},
+    "redo": {},
+    "go": {"state": _is_count},
+    "compare": {"state": _is_count},
+    "reset": {},
+    "fit": {},
+    "search": {},
+    "reach": {},
+    "modes": {},
+    "stop": {},
+    "save": {"what": _one_of("model", "report", "script")},
+}
+"""Words and fields of messages, each with what is allowed in it; all are needed."""
+
+PREVIEWS = ("move", "drag")
+"""Words of messages of which only the newest counts."""
+
+
+def parsed(text: str) -> Message:
+    """Return a message.
+
+    Raises
+    ------
+    MessageError
+        If it is longer, no JSON, or of other words, fields or values than any page sends.
+    """
+    if len(text) > LONGEST:
+        raise MessageError("It is too long.")
+    try:
+        content = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise MessageError("It is no JSON.") from error
+    word = content.pop("do", None) if isinstance(content, dict) else None
+    fields = ALLOWED.get(word) if isinstance(word, str) else None
+    if fields is None or content.keys() != fields.keys():
+        raise MessageError("It is none of the messages of the page.")
+    if not all(allowed(content[name]) for name, allowed in fields.items()):
+        raise MessageError("A value in it is none that the page sends.")
+    return Message(str(word), {name: _plain(value) for name, value in content.items()})
+
+
+def _plain(value: Any) -> Any:
+    """A place as three numbers, all else as it is."""
+    return tuple(map(float, value)) if isinstance(value, list) else value

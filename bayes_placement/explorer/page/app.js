@@ -1,0 +1,237 @@
+// The page: what the server tells goes to its parts, and what a person does goes to the server.
+
+import { Curves } from "./curves.js";
+import { Learn } from "./learn.js";
+import { element, make, percent, three } from "./look.js";
+import { Matrix } from "./matrix.js";
+import { Parameters } from "./parameters.js";
+import { Link } from "./socket.js";
+import { Steps } from "./steps.js";
+import { StructurePanel } from "./structure.js";
+
+const MOST_SHOWN = 4;
+
+const store = { model: null, curves: {}, shown: [0], state: null, reach: null, ledger: null, faults: null, palette: [], x: null };
+const send = (message) => link.send(message);
+
+const curves = new Curves(store, (range) => {
+  matrix.range = range;
+  matrix.draw();
+});
+const matrix = new Matrix(store, toggle, (range) => curves.zoom(range));
+const learn = new Learn(store, () => send({ do: "reach" }));
+const steps = new Steps(store, (state) => send({ do: "go", state }), (state) => send({ do: "compare", state }));
+const parameters = new Parameters(store, {
+  preview: (values) => link.preview({ do: "move", values }),
+  set: (values) => send({ do: "set", values }),
+  remove: (effect) => send({ do: "remove", effect }),
+});
+const structure = new StructurePanel(store, {
+  add: (at) => add(at),
+  drag: (effect, at) => link.preview({ do: "drag", effect, at }),
+  put: (effect, at) => send({ do: "put", effect, at }),
+});
+
+/** Show one pair, or with Ctrl or Shift one more. */
+function toggle(pair, isFurther) {
+  const isShown = store.shown.includes(pair);
+  if (!isFurther) store.shown = [pair];
+  else if (isShown && store.shown.length > 1) store.shown = store.shown.filter((each) => each !== pair);
+  else if (!isShown) store.shown = [...store.shown, pair].slice(-MOST_SHOWN);
+  curves.build();
+  matrix.draw();
+}
+
+function chosen() {
+  return store.palette.find((kind) => kind.kind === element("kind").value);
+}
+
+function add(at) {
+  const kind = chosen();
+  if (!kind) return;
+  const variant = element("variant");
+  const number = variant.hidden || variant.value === "" ? null : Number(variant.value);
+  const place = kind.is_placed ? at ?? structure.peak() : null;
+  send({ do: "add", kind: kind.kind, number: number ?? (place ? null : 1), at: place });
+}
+
+function choose() {
+  const kind = chosen();
+  if (!kind) return;
+  const variant = element("variant");
+  const isAsked = !kind.is_placed && kind.settings.length > 1;
+  variant.hidden = !isAsked;
+  variant.replaceChildren(...kind.settings.map((words, i) => make("option", { value: i + 1 }, words || `variant ${i + 1}`)));
+  element("add").textContent = kind.is_placed ? "Add at the peak" : "Add";
+  element("hint").textContent = kind.is_placed
+    ? `Click on the structure to drop a ${kind.kind.replaceAll("_", " ")}; drag it to move it.`
+    : `A ${kind.kind.replaceAll("_", " ")} has no place: press Add.`;
+}
+
+/** What the server tells, by its word. */
+const HEARD = {
+  model(header) {
+    const isNew = store.model?.name !== header.name;
+    Object.assign(store, { model: header, x: null });
+    if (isNew) store.shown = [0];
+    document.title = `${header.name} · explore`;
+    element("name").textContent = header.name;
+    element("words").textContent = element("words").title = header.words;
+    for (const what of ["model", "report"]) element(`save-${what}`).hidden = !header.saves.includes(what);
+    structure.begin();
+    matrix.begin();
+  },
+  curves(header) {
+    const isFirst = !store.curves[header.name];
+    store.curves[header.name] = header;
+    if (header.name === "now") {
+      element("chi2").textContent = three(header.chi2);
+      store.isPreview = !header.is_state;
+      label(header.task);
+      if (!store.task) tell("", 0);
+      if (header.task) {
+        steps.seen(header.chi2);
+        parameters.preview(header.values);
+      }
+      if (isFirst) begin(header);
+      matrix.draw();
+      structure.draw();
+    } else if (isFirst || header.title) curves.legend();
+    curves.refresh();
+    if (header.serial) requestAnimationFrame(() => (document.body.dataset.drawn = header.serial));
+  },
+  state(header) {
+    store.state = header;
+    label("");
+    element("undo").disabled = !header.can_undo;
+    element("redo").disabled = !header.can_redo;
+    parameters.show();
+    steps.show();
+    structure.draw();
+  },
+  palette(header) {
+    store.palette = header.kinds;
+    const before = element("kind").value;
+    element("kind").replaceChildren(...header.kinds.map(({ kind }) => make("option", { value: kind }, kind.replaceAll("_", " "))));
+    if (before) element("kind").value = before;
+    choose();
+  },
+  reach(header) {
+    store.reach = header;
+    structure.reached();
+    learn.show();
+  },
+  ledger(header) {
+    store.ledger = header;
+    learn.show();
+  },
+  faults(header) {
+    store.faults = header;
+    learn.show();
+  },
+  background: (header) => learn.background(header),
+  task(header) {
+    const isBusy = header.task !== "";
+    store.task = header.task;
+    if (!isBusy) steps.ended();
+    element("stop").hidden = !isBusy;
+    for (const name of ["fit", "search"]) element(name).disabled = isBusy;
+    tell(isBusy ? `${header.task} ${header.share ? percent(header.share) : "…"}` : "", header.share);
+  },
+  busy: (header) => tell(header.words, 0),
+  modes(header) {
+    store.modes = header;
+    listModes();
+  },
+  error(header) {
+    element("trouble").textContent = header.words;
+    element("trouble").hidden = false;
+    tell("", 0);
+  },
+  saved(header) {
+    element("saved").textContent = header.words;
+    element("saved").hidden = false;
+    setTimeout(() => (element("saved").hidden = true), 9000);
+  },
+};
+
+/** Say what the number is not: by hand or by a fit it is no verdict. */
+function label(task) {
+  const isFound = store.state?.steps[store.state.current].title.startsWith("search");
+  const words = task ? `${task} on its way` : store.isPreview ? "preview, not a verdict" : "not a verdict";
+  element("preview").textContent = isFound && !store.isPreview && !task ? "as the search found it" : words;
+}
+
+function begin(header) {
+  const worst = header.chi2_of_pairs.reduce((best, chi2, i, all) => (chi2 > all[best] || !Number.isFinite(all[best]) ? i : best), 0);
+  store.shown = [worst];
+  curves.begin();
+  learn.show();
+}
+
+function tell(words, share) {
+  element("progress").hidden = words === "";
+  element("progress").querySelector("span").textContent = words;
+  element("progress").querySelector("i").style.setProperty("--share", percent(share ?? 0).replace(" ", ""));
+}
+
+/** Natural modes, of which one moves; with what was added, and before. */
+function listModes() {
+  const { now, before } = store.modes;
+  const show = (number) => {
+    store.moving = store.moving === number ? null : number;
+    structure.show(store.moving === null ? null : now.shape[store.moving]);
+    listModes();
+  };
+  const words = (hertz, i) => `${three(hertz)} Hz${before.frequency[i] ? ` (was ${three(before.frequency[i])})` : ""}`;
+  element("mode-list").replaceChildren(
+    ...now.frequency.map((hertz, i) => make("button", { "aria-pressed": String(store.moving === i), onclick: () => show(i) }, words(hertz, i))),
+  );
+}
+
+element("modes").onclick = () => {
+  const isOpen = element("mode-list").hidden;
+  element("mode-list").hidden = !isOpen;
+  element("modes").setAttribute("aria-pressed", String(isOpen));
+  store.moving = null;
+  structure.show(null);
+  if (isOpen) send({ do: "modes" });
+};
+
+for (const name of ["undo", "redo", "fit", "search", "stop", "reset"]) element(name).onclick = () => {
+  element("trouble").hidden = true;
+  send({ do: name });
+};
+for (const what of ["model", "report"]) element(`save-${what}`).onclick = () => send({ do: "save", what });
+element("kind").onchange = choose;
+element("add").onclick = () => add(null);
+
+document.addEventListener("keydown", (event) => {
+  if (!(event.ctrlKey || event.metaKey) || event.target.matches("input[type=text]")) return;
+  const word = { z: event.shiftKey ? "redo" : "undo", y: "redo" }[event.key.toLowerCase()];
+  if (!word) return;
+  event.preventDefault();
+  send({ do: word });
+});
+
+const dark = matchMedia("(prefers-color-scheme: dark)");
+function theme(isDark) {
+  document.documentElement.toggleAttribute("data-dark", isDark);
+  if (!store.curves.now) return;
+  curves.begin();
+  matrix.draw();
+  structure.draw();
+  steps.draw();
+  learn.show();
+}
+dark.onchange = () => theme(dark.matches);
+element("theme").onclick = () => theme(!document.documentElement.hasAttribute("data-dark"));
+theme(dark.matches);
+
+const link = new Link(
+  (header) => HEARD[header.is]?.(header),
+  (isThere) => {
+    element("trouble").hidden = isThere;
+    if (!isThere) element("trouble").textContent = "The program behind this page does not answer. It goes on once it is back: run the command again.";
+  },
+);

@@ -1,0 +1,76 @@
+// The ledger of steps: the error as it fell, each step returned to by a click; and the script.
+
+import { colour, element, make, oncePerFrame, paper, three } from "./look.js";
+
+export class Steps {
+  constructor(store, go, compare) {
+    Object.assign(this, { store, go, compare });
+    this.fitting = []; // reduced chi-squares of a fit on its way
+    this.canvas = make("canvas", { id: "fall", "aria-label": "Reduced chi-square, step by step" });
+    this.list = make("ol");
+    this.draw = oncePerFrame(() => this.paint());
+    element("copy").onclick = () => navigator.clipboard?.writeText(element("script").textContent);
+  }
+
+  show() {
+    const { steps, current, path, script } = this.store.state;
+    if (!this.canvas.isConnected) element("steps").replaceChildren(this.canvas, this.list);
+    this.list.replaceChildren(...steps.map((step, number) => this.row(step, number, current, path)));
+    element("script").textContent = script;
+    this.draw();
+  }
+
+  row(step, number, current, path) {
+    const button = make("button", { onclick: (event) => this[event.shiftKey ? "compare" : "go"](number), title: `${step.title}\nShift: compare with it`, "aria-current": number === current ? "step" : false },
+      make("span", {}, `${number}. ${step.title}`), make("b", {}, three(step.chi2)));
+    return make("li", { class: [path.includes(number) ? "path" : "", number === current ? "current" : ""].join(" ") }, button);
+  }
+
+  seen(chi2) {
+    this.fitting.push(chi2);
+    this.draw();
+  }
+
+  ended() {
+    this.fitting = [];
+    this.draw();
+  }
+
+  paint() {
+    if (!this.store.state || !this.canvas.isConnected) return;
+    const { steps, path } = this.store.state;
+    const known = path.map((number) => steps[number].chi2).filter((value) => value > 0);
+    const all = [...known, ...this.fitting];
+    const { pen, width, height } = paper(this.canvas);
+    if (!all.length) return;
+    const top = Math.max(10, ...all) * 1.6;
+    const bottom = Math.min(0.5, ...all);
+    const y = (chi2) => 8 + (height - 22) * (1 - Math.log(chi2 / bottom) / Math.log(top / bottom));
+    const x = (i) => 46 + ((width - 58) * i) / Math.max(1, all.length - 1);
+    this.grid(pen, width, y, bottom, top);
+    pen.strokeStyle = pen.fillStyle = colour("--now");
+    pen.lineWidth = 1.8;
+    pen.beginPath();
+    all.forEach((chi2, i) => pen[i ? "lineTo" : "moveTo"](x(i), y(chi2)));
+    pen.stroke();
+    known.forEach((chi2, i) => {
+      pen.beginPath();
+      pen.arc(x(i), y(chi2), 3.4, 0, 7);
+      pen.fill();
+    });
+  }
+
+  grid(pen, width, y, bottom, top) {
+    pen.font = "11px system-ui";
+    pen.lineWidth = 1;
+    for (let power = Math.ceil(Math.log10(bottom)); power <= Math.log10(top); power += 1) {
+      pen.strokeStyle = colour(power === 0 ? "--completed" : "--line");
+      pen.beginPath();
+      pen.moveTo(40, y(10 ** power));
+      pen.lineTo(width, y(10 ** power));
+      pen.stroke();
+      pen.fillStyle = colour("--faint");
+      pen.fillText(power > 4 ? `1e${power}` : String(10 ** power), 0, y(10 ** power) + 4);
+    }
+  }
+}

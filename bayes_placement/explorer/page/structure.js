@@ -1,0 +1,327 @@
+// The structure: sensors, tolerances, reach along it, effects that are dropped and dragged, modes.
+
+import { colour, element, heat, make, oncePerFrame, paper, percent } from "./look.js";
+import { View } from "./view3d.js";
+
+const MARGIN = 34;
+const NEAR = 14; // pixels within which an effect is taken hold of
+const PROFILE = 0.72; // share of the height above a line that a reach of 100 % takes
+const NAMES = { displacement: "force", rotation: "moment", cut: "cut", relative: "strut" };
+
+export class StructurePanel {
+  constructor(store, act) {
+    this.store = store;
+    this.act = act; // { add(at), drag(effect, at), put(effect, at), zoom() }
+    this.canvas = element("structure");
+    this.kind = null;
+    this.held = null;
+    this.mode = null;
+    this.draw = oncePerFrame(() => this.paint());
+    new ResizeObserver(this.draw).observe(this.canvas);
+    this.canvas.addEventListener("pointerdown", (event) => this.press(event));
+    this.canvas.addEventListener("pointermove", (event) => this.move(event));
+    this.canvas.addEventListener("pointerup", (event) => this.release(event));
+  }
+
+  begin() {
+    this.view = new View(this.store.model.structure);
+    this.draw();
+  }
+
+  /** Kinds of ports, as reach knows them. */
+  reached() {
+    const kinds = this.store.reach.kinds.filter((kind) => !kind.is_channel && kind.curve.length);
+    if (!kinds.some((kind) => kind.acts_on === this.kind)) this.kind = kinds[0]?.acts_on ?? null;
+    element("kinds").replaceChildren(
+      ...kinds.map((kind) => {
+        const press = () => {
+          this.kind = kind.acts_on;
+          this.reached();
+        };
+        const words = `${NAMES[kind.acts_on] ?? kind.acts_on} ${percent(kind.few_numbers)}`;
+        const title = `${kind.law_in_words}: removes ${percent(kind.few_numbers)} of the misfit, probability ${kind.best.probability.toPrecision(2)}`;
+        return make("button", { "aria-pressed": String(kind.acts_on === this.kind), title, onclick: press }, words);
+      }),
+    );
+    this.draw();
+  }
+
+  reach() {
+    return this.store.reach?.kinds.find((kind) => kind.acts_on === this.kind && !kind.is_channel);
+  }
+
+  /** Where the best law of the present kind sits. */
+  peak() {
+    const place = this.reach()?.best.place_m[0];
+    return place ? [0, 1, 2].map((i) => place[i] ?? 0) : null;
+  }
+
+  paint() {
+    if (!this.view) return;
+    const { pen, width, height } = paper(this.canvas);
+    this.view.fit(width, height, MARGIN);
+    this.outline(pen);
+    const reach = this.reach();
+    if (reach && this.view.isLine && reach.best.place_m.length === 1) this.profile(pen, reach);
+    else if (reach) this.spots(pen, reach);
+    this.transducers(pen);
+    this.effects(pen);
+    this.scaleBar(pen, width, height);
+  }
+
+  outline(pen) {
+    const { points, lines } = this.store.model.structure;
+    const moved = this.displaced(points).map((point) => this.view.toScreen(point));
+    pen.strokeStyle = colour(this.mode ? "--now" : "--drawn");
+    pen.lineWidth = this.view.isLine ? 5 : 1;
+    pen.globalAlpha = lines.length > 300 && !this.mode ? 0.55 : 1;
+    pen.beginPath();
+    for (const [a, b] of lines) {
+      pen.moveTo(...moved[a]);
+      pen.lineTo(...moved[b]);
+    }
+    pen.stroke();
+    pen.globalAlpha = 1;
+    if (!lines.length) {
+      pen.fillStyle = colour("--drawn");
+      moved.forEach(([x, y]) => pen.fillRect(x - 1.5, y - 1.5, 3, 3));
+    }
+  }
+
+  /** Points moved by a mode shape; on a line upright, also where it moves along. */
+  displaced(points) {
+    if (!this.mode) return points;
+    const largest = Math.max(...this.view.size);
+    const size = (this.view.isLine ? 0.09 : 0.08) * largest * Math.sin(performance.now() / 260);
+    this.draw();
+    return points.map((point, i) => {
+      const step = this.mode[i];
+      if (!this.view.isLine) return point.map((value, axis) => value + size * step[axis]);
+      const along = step.reduce((sum, value) => sum + value, 0);
+      return [point[0], point[1] + size * along, point[2]];
+    });
+  }
+
+  profile(pen, reach) {
+    const base = this.view.centre[1] - 9;
+    const room = PROFILE * base;
+    const sides = [["any_law", 0.22], ["few_numbers", 0.75]];
+    for (const [word, alpha] of sides) {
+      const curve = reach.curve.filter((place) => place[word] !== null).sort((a, b) => a.place_m[0][0] - b.place_m[0][0]);
+      if (!curve.length) continue;
+      pen.fillStyle = colour("--fitted");
+      pen.globalAlpha = alpha;
+      pen.beginPath();
+      const at = (place) => this.view.toScreen([place.place_m[0][0], 0, 0])[0];
+      pen.moveTo(at(curve[0]), base);
+      curve.forEach((place) => pen.lineTo(at(place), base - room * place[word]));
+      pen.lineTo(at(curve[curve.length - 1]), base);
+      pen.fill();
+    }
+    pen.globalAlpha = 1;
+    const [x] = this.view.toScreen(this.peak());
+    pen.fillStyle = colour("--fitted");
+    pen.font = "12px system-ui";
+    pen.textAlign = "center";
+    pen.fillText(`★ ${percent(reach.few_numbers)} here`, Math.max(44, Math.min(this.canvas.clientWidth - 44, x)), base - room - 8);
+    pen.textAlign = "start";
+  }
+
+  spots(pen, reach) {
+    for (const place of reach.curve) {
+      const [x, y] = this.view.toScreen([0, 1, 2].map((i) => place.place_m[0][i] ?? 0));
+      const share = place.few_numbers ?? 0;
+      pen.fillStyle = heat(10 ** (3 * share));
+      pen.globalAlpha = 0.25 + 0.65 * share;
+      pen.beginPath();
+      pen.arc(x, y, 4 + 7 * share, 0, 7);
+      pen.fill();
+    }
+    pen.globalAlpha = 1;
+    const peak = this.peak();
+    if (!peak) return;
+    const [x, y] = this.view.toScreen(peak);
+    pen.strokeStyle = colour("--fitted");
+    pen.lineWidth = 2;
+    pen.beginPath();
+    pen.arc(x, y, 13, 0, 7);
+    pen.stroke();
+  }
+
+  transducers(pen) {
+    const inferred = this.inferred();
+    pen.font = "12px system-ui";
+    const names = new Map();
+    for (const transducer of this.store.model.structure.transducers) {
+      const isSensor = transducer.kind === "sensor";
+      const [x, y] = this.view.toScreen(transducer.at);
+      pen.strokeStyle = pen.fillStyle = colour(isSensor ? "--now" : "--completed");
+      this.tolerance(pen, transducer.tolerance);
+      this.arrows(pen, transducer, x, y);
+      triangle(pen, x, y + (this.view.isLine ? (isSensor ? -9 : 9) : 0), isSensor ? 1 : -1);
+      const spot = `${x.toFixed(0)} ${y.toFixed(0)}`;
+      names.set(spot, [...(names.get(spot) ?? []), transducer.name]);
+      const place = inferred[`${transducer.kind} ${transducer.name}`];
+      if (place) {
+        const [px, py] = this.view.toScreen(place);
+        pen.beginPath();
+        pen.arc(px, py, 3, 0, 7);
+        pen.fill();
+      }
+    }
+    this.labels(pen, names);
+  }
+
+  /** Names of transducers; those of one place stand together. */
+  labels(pen, names) {
+    pen.fillStyle = colour("--faint");
+    for (const [spot, all] of names) {
+      const [x, y] = spot.split(" ").map(Number);
+      const words = all.length > 2 ? `${all[0]}, ${all[1]} +${all.length - 2}` : all.join(", ");
+      pen.fillText(words, x + 8, y + (this.view.isLine ? 26 : -6));
+    }
+  }
+
+  tolerance(pen, points) {
+    pen.lineWidth = this.view.isLine ? 9 : 2;
+    pen.globalAlpha = 0.3;
+    pen.beginPath();
+    let joined = false;
+    for (const point of points) {
+      if (point[0] === null) joined = false;
+      else {
+        pen[joined ? "lineTo" : "moveTo"](...this.view.toScreen(point));
+        joined = true;
+      }
+    }
+    pen.stroke();
+    pen.globalAlpha = 1;
+  }
+
+  /** Measured and driven axes, of structures in space. */
+  arrows(pen, transducer, x, y) {
+    if (this.view.isLine) return;
+    const length = 0.09 * Math.max(...this.view.size);
+    pen.lineWidth = 1.5;
+    for (const direction of transducer.directions) {
+      const [hx, hy] = this.view.toScreen(transducer.at.map((value, i) => value + length * direction[i]));
+      pen.beginPath();
+      pen.moveTo(x, y);
+      pen.lineTo(hx, hy);
+      pen.stroke();
+    }
+  }
+
+  inferred() {
+    const { now } = this.store.curves;
+    if (!now) return {};
+    const places = {};
+    now.items.forEach(([kind, name], i) => {
+      const at = Array.from(now.places.subarray(3 * i, 3 * i + 3));
+      if (at.every(Number.isFinite)) places[`${kind} ${name}`] = at;
+    });
+    return places;
+  }
+
+  /** Effects that were added, and where they are. */
+  placed() {
+    const found = this.inferred();
+    return (this.store.state?.effects ?? [])
+      .map(({ name }) => ({ name, at: found[`effect ${name}`] }))
+      .filter(({ at }) => at);
+  }
+
+  effects(pen) {
+    pen.font = "600 12px system-ui";
+    for (const { name, at } of this.placed()) {
+      const [x, y] = this.view.toScreen(at);
+      pen.fillStyle = colour("--now");
+      pen.strokeStyle = colour("--paper");
+      pen.lineWidth = 2.5;
+      pen.beginPath();
+      pen.arc(x, y, this.held?.name === name ? 11 : 9, 0, 7);
+      pen.fill();
+      pen.stroke();
+      pen.fillStyle = colour("--ink");
+      const words = this.view.isLine ? `${name} ${(1e3 * at[0]).toFixed(0)} mm` : name;
+      const width = pen.measureText(words).width;
+      pen.textAlign = x + width + 16 > this.canvas.clientWidth ? "end" : "start";
+      pen.fillText(words, x + (pen.textAlign === "end" ? -13 : 13), y + (this.view.isLine ? 46 : 4));
+      pen.textAlign = "start";
+    }
+  }
+
+  scaleBar(pen, width, height) {
+    const wanted = (width / 4) / this.view.scale;
+    const power = 10 ** Math.floor(Math.log10(wanted));
+    const length = [5, 2, 1].map((step) => step * power).find((step) => step <= wanted) ?? power;
+    pen.fillStyle = colour("--faint");
+    pen.fillRect(10, height - 9, length * this.view.scale, 2);
+    pen.font = "11px system-ui";
+    pen.fillText(length < 1 ? `${Number((1e3 * length).toPrecision(3))} mm` : `${length} m`, 10, height - 14);
+  }
+
+  position(event) {
+    const box = this.canvas.getBoundingClientRect();
+    return [event.clientX - box.left, event.clientY - box.top];
+  }
+
+  press(event) {
+    const place = this.position(event);
+    const effect = this.placed().find(({ at }) => {
+      const [x, y] = this.view.toScreen(at);
+      return Math.hypot(x - place[0], y - place[1]) < NEAR;
+    });
+    this.canvas.setPointerCapture(event.pointerId);
+    this.held = { name: effect?.name ?? null, from: place, last: place, moved: false };
+  }
+
+  move(event) {
+    const place = this.position(event);
+    if (!this.held) {
+      const isOver = this.placed().some(({ at }) => {
+        const [x, y] = this.view.toScreen(at);
+        return Math.hypot(x - place[0], y - place[1]) < NEAR;
+      });
+      this.canvas.style.cursor = isOver ? "grab" : "";
+      return;
+    }
+    const [dx, dy] = [place[0] - this.held.last[0], place[1] - this.held.last[1]];
+    this.held.moved ||= Math.hypot(place[0] - this.held.from[0], place[1] - this.held.from[1]) > 4;
+    if (!this.held.moved) return;
+    this.held.last = place;
+    if (this.held.name) this.act.drag(this.held.name, this.at(place));
+    else if (!this.view.isLine) this.view.turn(dx, dy);
+    this.draw();
+  }
+
+  release(event) {
+    const held = this.held;
+    this.held = null;
+    if (!held) return;
+    const place = this.position(event);
+    if (held.name && held.moved) this.act.put(held.name, this.at(place));
+    else if (!held.name && !held.moved) this.act.add(this.at(place));
+    this.draw();
+  }
+
+  at(place) {
+    return this.view.nearest(place, this.store.model.structure);
+  }
+
+  /** Move a mode shape; null for none. */
+  show(shape) {
+    if (Boolean(shape) !== Boolean(this.mode)) this.view.tilt(Boolean(shape));
+    this.mode = shape;
+    this.draw();
+  }
+}
+
+function triangle(pen, x, y, side) {
+  pen.beginPath();
+  pen.moveTo(x, y + 6 * side);
+  pen.lineTo(x - 5, y - 4 * side);
+  pen.lineTo(x + 5, y - 4 * side);
+  pen.closePath();
+  pen.fill();
+}

@@ -1,0 +1,161 @@
+"""States of a model on the page, each from the one before by an action: undo, redo, script, file.
+
+States are never changed nor lost: one that is returned to may have several that follow from it.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from ..experiment.experiment import Experiment, Measurements
+from .actions import Action, ValuedModel, action_from
+from .steps import as_drawn
+
+HEAD = """\
+# experiment and measurement are those that were given to bp.explore.\
+"""
+
+IMPORTS = """\
+import dataclasses
+
+import bayes_placement as bp
+from bayes_placement.explorer.steps import as_drawn, chi2, fit
+"""
+
+BEGIN = "values = as_drawn(experiment)"
+END = "print(chi2(experiment, measurement, values))"
+
+SCHEMA = 1
+"""Version of what a file holds."""
+
+
+class SessionState(NamedTuple):
+    """A model on the page.
+
+    Parameters
+    ----------
+    model
+        Experiment and values.
+    title
+        What was done, in words.
+    action
+        What was done; None at the beginning.
+    parent
+        Number of the state before; None at the beginning.
+    """
+
+    model: ValuedModel
+    title: str
+    action: Action | None
+    parent: int | None
+
+
+class Session:
+    """What was done to a model on the page.
+
+    Parameters
+    ----------
+    experiment, measurement
+        The experiment as given, and what was measured.
+    head
+        Lines of Python that make both.
+    """
+
+    def __init__(self, experiment: Experiment, measurement: Measurements, head: str = HEAD):
+        self.measurement, self._head = measurement, head
+        first = ValuedModel(experiment, as_drawn(experiment))
+        self.states = [SessionState(first, "as drawn", None, None)]
+        self.chi2: dict[int, float] = {}
+        """Reduced chi-square of states by number, as far as it is known."""
+        self.current = 0
+        self._undone: list[int] = []
+
+    @property
+    def model(self) -> ValuedModel:
+        """The model at hand."""
+        return self.states[self.current].model
+
+    def do(self, action: Action) -> SessionState:
+        """Change the model at hand; the state before stays.
+
+        Raises
+        ------
+        InputError
+            If the model cannot be changed so; then nothing is.
+        """
+        before = self.model
+        state = SessionState(action.applied(before), action.title(before), action, self.current)
+        self.states.append(state)
+        self.current, self._undone = len(self.states) - 1, []
+        return state
+
+    def take_back(self) -> None:
+        """Forget the last state, which cannot be shown."""
+        self.current = self.states.pop().parent or 0
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is a state before."""
+        return self.states[self.current].parent is not None
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether something was undone."""
+        return bool(self._undone)
+
+    def undo(self) -> None:
+        """Return to the state before, if there is one."""
+        parent = self.states[self.current].parent
+        if parent is not None:
+            self._undone.append(self.current)
+            self.current = parent
+
+    def redo(self) -> None:
+        """Do again what was undone last, if anything was."""
+        if self._undone:
+            self.current = self._undone.pop()
+
+    def go(self, number: int) -> None:
+        """Return to a state by its number; one that is not there changes nothing."""
+        if 0 <= number < len(self.states):
+            self.current, self._undone = number, []
+
+    def path(self) -> list[int]:
+        """Numbers of the states that led to the present one, the first one first."""
+        numbers = [self.current]
+        while (parent := self.states[numbers[-1]].parent) is not None:
+            numbers.append(parent)
+        return numbers[::-1]
+
+    def script(self) -> str:
+        """Lines of Python that lead to the model at hand."""
+        lines = [IMPORTS, self._head, "", BEGIN]
+        for number in self.path():
+            action = self.states[number].action
+            lines += [] if action is None else action.lines()
+        return "\n".join([*lines, END, ""])
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what a file holds: every state but the first one by its action."""
+        states = [
+            {"parent": state.parent, "action": state.action.to_json()}
+            for state in self.states
+            if state.action is not None
+        ]
+        chi2 = [self.chi2.get(number) for number in range(len(self.states))]
+        return {"schema": SCHEMA, "current": self.current, "states": states, "chi2": chi2}
+
+    def take_up(self, content: Mapping[str, Any]) -> None:
+        """Do again all that a file holds.
+
+        Raises
+        ------
+        InputError
+            If it holds something else, or what was done cannot be done to this model.
+        """
+        states: Sequence[Mapping[str, Any]] = content["states"]
+        for state in states:
+            self.go(int(state["parent"]))
+            self.do(action_from(state["action"]))
+        known = enumerate(content["chi2"])
+        self.chi2 = {number: float(value) for number, value in known if value is not None}
+        self.go(int(content["current"]))

@@ -1,0 +1,164 @@
+"""Unknowns as the page shows them: a number, its range, and the prior drawn along that range."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+from numpyro.distributions import Distribution
+
+from .._compiled import compiled
+from .._ranges import described, ends
+from .._sites import Role, Unknown, is_finite
+from ..experiment.experiment import Experiment
+from ..inference.units import readable
+
+POINTS = 65
+"""Points along a range at which a prior is drawn."""
+
+WIDE = 30.0
+"""Ratio of the ends of a range from which on it is divided by factors."""
+
+TAIL = 1e-3
+"""Probability that lies beyond each end of a range where a prior has no end."""
+
+DEVIATIONS = 4.0
+"""Standard deviations to the ends where a prior has no quantiles."""
+
+
+class Slider(NamedTuple):
+    """A number that is moved.
+
+    Parameters
+    ----------
+    name
+        The unknown, of an array with the number of the element.
+    owner, label
+        What it belongs to, and its name there.
+    kind
+        Kind of the owner: `modes`, `damping`, `sensor`, `effects`, `noise`.
+    unit, factor
+        Unit in which it is shown, and by what a number in SI is multiplied.
+    low, high
+        Ends of its range, in SI.
+    is_logarithmic, is_whole
+        Whether the range is divided by factors; whether only whole numbers are meant.
+    prior
+        The prior in words.
+    density
+        Prior density along the range over the greatest.
+    """
+
+    name: str
+    owner: str
+    label: str
+    kind: str
+    unit: str
+    factor: float
+    low: float
+    high: float
+    is_logarithmic: bool
+    is_whole: bool
+    prior: str
+    density: list[float]
+
+
+def sliders(experiment: Experiment) -> list[Slider]:
+    """Return a slider for each unknown but the errors of a model error, which are many.
+
+    Parameters
+    ----------
+    experiment
+        The experiment with its effects.
+    """
+    return [
+        slider
+        for unknown in experiment.unknowns
+        if unknown.role is not Role.MODEL_ERROR
+        for slider in _sliders(unknown)
+    ]
+
+
+def _sliders(unknown: Unknown) -> Iterator[Slider]:
+    prior = unknown.distribution
+    low, high = (_flat(end, prior) for end in _range(prior))
+    for number in range(int(np.prod(prior.shape(), initial=1))):
+        least, most = float(low[number]), float(high[number])
+        is_wide = bool(least > 0 and most / least > WIDE)
+        unit = readable(unknown.unit, unknown.field, np.sqrt(least * most) if is_wide else most)
+        suffix = f"[{number}]" if prior.shape() else ""
+        component = f" {unknown.component}" if unknown.component else ""
+        yield Slider(
+            name=unknown.name + suffix,
+            owner=unknown.owner.name,
+            label=unknown.field.replace("_", " ") + component + suffix,
+            kind=unknown.owner.kind,
+            unit=unit.name,
+            factor=unit.factor,
+            low=least,
+            high=most,
+            is_logarithmic=is_wide,
+            is_whole=is_finite(prior),
+            prior=described(prior),
+            density=_density(prior, number, _points(least, most, is_wide), is_wide),
+        )
+
+
+def _flat(end: Any, prior: Distribution) -> np.ndarray:
+    return np.ravel(np.broadcast_to(np.asarray(end, dtype=float), prior.shape()))
+
+
+def _range(prior: Distribution) -> tuple[Any, Any]:
+    """Ends of a prior, or what most of its probability lies between."""
+    if is_finite(prior):
+        support = np.asarray(prior.enumerate_support())
+        return support.min(), support.max()
+    low, high = ends(prior)
+    if np.isfinite([low, high]).all():
+        return getattr(prior, "low", low), getattr(prior, "high", high)
+    try:
+        return prior.icdf(TAIL), prior.icdf(1 - TAIL)
+    except NotImplementedError:
+        spread = DEVIATIONS * np.sqrt(np.asarray(prior.variance))
+        middle = np.asarray(prior.mean)
+        return np.maximum(middle - spread, low), np.minimum(middle + spread, high)
+
+
+def _points(low: float, high: float, is_wide: bool) -> Float[np.ndarray, "point"]:
+    return np.geomspace(low, high, POINTS) if is_wide else np.linspace(low, high, POINTS)
+
+
+def _density(
+    prior: Distribution, number: int, points: Float[np.ndarray, "point"], is_wide: bool
+) -> list[float]:
+    """Density along a range, of a range of factors by the logarithm."""
+    if is_finite(prior):
+        return []
+    shape = prior.shape()
+    middle = np.asarray(prior.mean, dtype=float) if shape else np.zeros(())
+    values = np.broadcast_to(middle, (len(points), *shape)).reshape(len(points), -1).copy()
+    values[:, number] = points
+    log_density = np.asarray(compiled(_log_densities)(prior, values.reshape(-1, *shape)))
+    log_density = log_density + np.log(points) * is_wide if is_wide else log_density
+    inside = np.where(np.isfinite(log_density), log_density, -np.inf)
+    height = np.exp(inside - inside.max()) if np.isfinite(inside).any() else 0 * points
+    return [round(float(each), 3) for each in height]
+
+
+def _log_densities(prior: Distribution, values: Any) -> Any:
+    densities = prior.log_prob(values)
+    return jnp.sum(densities.reshape(len(values), -1), axis=1)
+
+
+def as_json(shown: list[Slider], values: Mapping[str, float]) -> list[dict[str, Any]]:
+    """Return sliders with their values for the page.
+
+    Parameters
+    ----------
+    shown
+        The sliders.
+    values
+        Values by name.
+    """
+    return [{**slider._asdict(), "value": values[slider.name]} for slider in shown]

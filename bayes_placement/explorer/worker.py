@@ -1,0 +1,135 @@
+"""A process that fits and searches, so that the page never waits, and that can be stopped."""
+
+import os
+import signal
+import struct
+import subprocess
+import sys
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from queue import SimpleQueue
+from threading import Lock, Thread
+from typing import IO, Any, NamedTuple
+
+import cloudpickle
+import jax
+
+from .._processes import SETTINGS
+
+LENGTH = struct.Struct("<Q")
+"""Length of a message in bytes, ahead of it."""
+
+CODE = "from bayes_placement.explorer.worker_process import serve; serve()"
+
+NICE = 5
+"""By how much the worker gives way to the page."""
+
+
+class Told(NamedTuple):
+    """What a worker tells of a task.
+
+    Parameters
+    ----------
+    number
+        Number of the task.
+    word
+        `progress` with a share, `seen` with values, `done` with the result, or `failed` with a
+        sentence.
+    content
+        The same.
+    """
+
+    number: int
+    word: str
+    content: Any
+
+
+class Worker:
+    """A process that does one task after the other; it starts with the first.
+
+    Parameters
+    ----------
+    hear
+        Called, in a thread, with all that it tells.
+    """
+
+    def __init__(self, hear: Callable[[Told], None]):
+        self._hear, self._lock, self._count = hear, Lock(), 0
+        self._process: subprocess.Popen[bytes] | None = None
+        self._messages: SimpleQueue[Any] = SimpleQueue()
+
+    def begin(self, task: str, **arguments: Any) -> int:
+        """Begin a task of `worker_process.TASKS`, and return its number."""
+        with self._lock:
+            self._count += 1
+            self._start()
+            self._messages.put((self._count, task, arguments))
+            return self._count
+
+    def stop(self) -> None:
+        """End the process and all that it has started; what it was at is lost."""
+        with self._lock:
+            process, self._process = self._process, None
+            self._messages.put(None)
+        if process is not None:
+            _end(process)
+
+    def _start(self) -> None:
+        """Start the process, unless it is there."""
+        if self._process is not None and self._process.poll() is None:
+            return
+        process = self._process = subprocess.Popen(
+            [sys.executable, "-c", CODE],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            start_new_session=True,
+        )
+        assert process.stdin is not None and process.stdout is not None
+        # It takes seconds to begin to read, and a pipe holds less than a measurement.
+        self._messages = SimpleQueue()
+        # The path of a model file goes along: it may import from its folder.
+        self._messages.put({"path": sys.path, "settings": _settings()})
+        Thread(target=_write_all, args=(process.stdin, self._messages), daemon=True).start()
+        Thread(target=self._listen, args=(process.stdout,), daemon=True).start()
+
+    def _listen(self, stream: IO[bytes]) -> None:
+        with stream:
+            while (message := read(stream)) is not None:
+                self._hear(Told(*message))
+
+
+def _write_all(stream: IO[bytes], messages: "SimpleQueue[Any]") -> None:
+    """Write messages one after the other, until one is None or the process has ended."""
+    with suppress(OSError), stream:
+        while (message := messages.get()) is not None:
+            write(stream, message)
+
+
+def write(stream: IO[bytes], content: Any) -> None:
+    """Write an object of Python to another process."""
+    text = cloudpickle.dumps(content)
+    stream.write(LENGTH.pack(len(text)) + text)
+    stream.flush()
+
+
+def read(stream: IO[bytes]) -> Any:
+    """Read an object of a process that we started; None where it has ended."""
+    head = stream.read(LENGTH.size)
+    if len(head) < LENGTH.size:
+        return None
+    (length,) = LENGTH.unpack(head)
+    content = stream.read(length)
+    return cloudpickle.loads(content) if len(content) == length else None
+
+
+def _settings() -> Mapping[str, Any]:
+    return {name: jax.config.values[name] for name in SETTINGS}
+
+
+def _end(process: "subprocess.Popen[bytes]") -> None:
+    with suppress(ProcessLookupError, PermissionError):
+        if sys.platform == "win32":
+            process.kill()
+        else:
+            os.killpg(process.pid, signal.SIGKILL)
+    process.wait()

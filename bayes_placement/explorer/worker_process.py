@@ -1,0 +1,152 @@
+"""What the worker of a page does: tasks from its standard input, what it finds to its output."""
+
+import os
+import queue
+import sys
+import threading
+import traceback
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import jax
+
+from .._processes import tidy_seldom
+from .._types import PackageError
+from ..criticism.missing._kept_fits import fits_kept_in
+from ..criticism.missing.as_given import fitted_as_given
+from ..criticism.missing.from_values import fitted_from
+from ..criticism.missing.improve import improve
+from ..criticism.missing.reach import reach
+from ..experiment.experiment import Experiment, Measurements
+from ..inference.estimates import scalars
+from .candidates import Offered, offered
+from .worker import NICE, read, write
+
+Tell = Callable[[str, Any], None]
+"""Called with a word and what belongs to it, see `Told`."""
+
+
+class AskedOfWorker(NamedTuple):
+    """What a task is about.
+
+    Parameters
+    ----------
+    experiment, measurement
+        The model with its effects, and what was measured.
+    baseline
+        An earlier state, or None.
+    store
+        Folder in which fits are kept, or None.
+    """
+
+    experiment: Experiment
+    measurement: Measurements
+    baseline: Measurements | None
+    store: Path | None
+
+
+def as_given(asked: AskedOfWorker, tell: Tell) -> dict[str, float]:
+    """Values of the best fit of a model as it is, from many starts."""
+    fit = fitted_as_given(asked.experiment, asked.measurement)
+    return {
+        word: float(number[0, 0])
+        for name, value in fit.values.items()
+        for word, number in scalars(name, value[None, None])
+    }
+
+
+def kinds_offered(asked: AskedOfWorker, tell: Tell) -> list[Offered]:
+    """Effects that can be added."""
+    return offered(asked.experiment)
+
+
+def check_data(asked: AskedOfWorker, tell: Tell) -> list[str]:
+    """Sentences on faults of the measurement."""
+    return asked.experiment.check_data(asked.measurement).sentences()
+
+
+def fit(asked: AskedOfWorker, tell: Tell, values: Mapping[str, float]) -> dict[str, float]:
+    """Values of the fit from given values, which tells where it has come to."""
+    return fitted_from(
+        asked.experiment, asked.measurement, values, lambda point: tell("seen", point)
+    )
+
+
+def reached(asked: AskedOfWorker, tell: Tell) -> Any:
+    """What laws at each place could remove of the misfit."""
+    return reach(
+        asked.experiment,
+        asked.measurement,
+        baseline=asked.baseline,
+        progress=lambda share: tell("progress", share),
+    )
+
+
+def search(asked: AskedOfWorker, tell: Tell) -> Any:
+    """Ledger of what the model lacks."""
+    return improve(
+        asked.experiment,
+        asked.measurement,
+        baseline=asked.baseline,
+        store=asked.store,
+        progress=lambda share: tell("progress", share),
+    )
+
+
+TASKS: Mapping[str, Callable[..., Any]] = {
+    "offered": kinds_offered,
+    "as_given": as_given,
+    "check_data": check_data,
+    "fit": fit,
+    "reach": reached,
+    "search": search,
+}
+"""Tasks by their names."""
+
+
+def serve() -> None:
+    """Do tasks until standard input ends, as it does with the process that started this one."""
+    output = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what is printed goes to standard error
+    with suppress(OSError):
+        os.nice(NICE)
+    content = read(sys.stdin.buffer)
+    sys.path[:] = content["path"]
+    for name, value in content["settings"].items():
+        jax.config.update(name, value)
+    tidy_seldom()
+    waiting: queue.SimpleQueue[Any] = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(waiting,), daemon=True).start()
+    while True:
+        number, task, arguments = waiting.get()
+
+        def tell(word: str, content: Any, number: int = number) -> None:
+            write(output, (number, word, content))
+
+        tell(*_outcome(task, arguments, tell))
+
+
+def _listen(waiting: "queue.SimpleQueue[Any]") -> None:
+    """Take tasks while others are done, so that none waits in the pipe; end with the page."""
+    while (message := read(sys.stdin.buffer)) is not None:
+        waiting.put(message)
+    os._exit(0)
+
+
+def _outcome(task: str, arguments: Mapping[str, Any], tell: Tell) -> tuple[str, Any]:
+    """What a task ends with: its result, or a sentence."""
+    asked: AskedOfWorker = arguments["asked"]
+    further = {word: value for word, value in arguments.items() if word != "asked"}
+    try:
+        with fits_kept_in(asked.store):
+            return "done", TASKS[task](asked, tell, **further)
+    except PackageError as error:
+        return "failed", str(error)
+    except Exception as error:  # noqa: BLE001  the page goes on, and says what happened
+        traceback.print_exc()
+        return (
+            "failed",
+            f"{type(error).__name__}: {' '.join(str(error).split())}. Please report it.",
+        )

@@ -1,0 +1,290 @@
+"""The server answers the page alone: who knows the token, from this address, with its messages."""
+
+import asyncio
+import json
+import random
+import string
+import urllib.error
+import urllib.request
+
+import pytest
+import websockets
+
+import bayes_placement as bp
+from bayes_placement._types import InfeasibleError, InputError
+from bayes_placement.explorer.candidates import added
+from bayes_placement.explorer.frames import packed, unpacked
+from bayes_placement.explorer.live import LivePage
+from bayes_placement.explorer.messages import LONGEST, MessageError, parsed
+from tests.criticism import small
+
+ASKED = []
+"""Tasks and experiments that workers were asked for."""
+
+
+class IdleWorker:
+    """A worker that is asked and never answers."""
+
+    def __init__(self, hear):
+        self.count = 0
+
+    def begin(self, task, **arguments):
+        ASKED.append((task, arguments["asked"].experiment))
+        self.count += 1
+        return self.count
+
+    def stop(self):
+        self.count = 0
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("bayes_placement.explorer.live.Worker", IdleWorker)
+        store = tmp_path_factory.mktemp("store")
+        opened = bp.explore(small.experiment(), small.measured(), store=store, browser=False)
+        yield opened
+        opened.close()
+
+
+def status(address, **headers):
+    request = urllib.request.Request(address, headers=headers)
+    try:
+        with urllib.request.urlopen(request, timeout=5) as answer:
+            return answer.status, dict(answer.headers)
+    except urllib.error.HTTPError as error:
+        return error.code, dict(error.headers)
+
+
+def socket_address(page):
+    return page.address.replace("http:", "ws:") + "socket"
+
+
+def origin(page):
+    return page.address.rsplit("/", 2)[0]
+
+
+async def heard(socket, word, **wanted):
+    """The next frame of a word, and of its fields."""
+    while True:
+        header, arrays = unpacked(await asyncio.wait_for(socket.recv(), 120))
+        if header["is"] == word and wanted.items() <= header.items():
+            return header, arrays
+
+
+def talk(page, conversation):
+    async def run():
+        async with websockets.connect(
+            socket_address(page), origin=origin(page), max_size=None
+        ) as socket:
+            return await conversation(socket)
+
+    return asyncio.run(run())
+
+
+def test_the_page_and_its_files_are_there_for_who_knows_the_address(page):
+    code, headers = status(page.address)
+    assert code == 200 and headers["content-type"].startswith("text/html")
+    assert "default-src 'none'" in headers["content-security-policy"]
+    assert headers["referrer-policy"] == "no-referrer"
+    assert status(page.address + "app.js")[0] == 200
+    assert status(page.address + "vendor/uplot.js")[0] == 200
+
+
+def test_other_tokens_hosts_origins_and_paths_are_refused(page):
+    root = origin(page)
+    token = page.address.rsplit("/", 2)[1]
+    other = random.Random(0)
+    tokens = ["", "x", token[:-1], token + "x", token.swapcase()]
+    tokens += ["".join(other.choices(string.ascii_letters, k=32)) for _ in range(1000)]
+    assert {status(f"{root}/{each}/")[0] for each in tokens} == {403}
+    assert status(root)[0] == 403
+    for host in ("evil.example", "127.0.0.1", "127.0.0.1:1", f"evil.example:{root[-5:]}"):
+        assert status(page.address, Host=host)[0] == 403
+    for from_where in ("http://evil.example", "null", "https" + root[4:], root + "0"):
+        assert status(page.address, Origin=from_where)[0] == 403
+    for path in ("../live.py", "..%2flive.py", "vendor/../../live.py", "style.css/", "a.js"):
+        assert status(page.address + path)[0] == 404
+
+
+@pytest.mark.parametrize("wrong", ["origin", "no origin", "token"])
+def test_sockets_of_others_are_refused(page, wrong):
+    address = socket_address(page)
+    if wrong == "token":
+        address = address.replace(page.address.rsplit("/", 2)[1], "x" * 32)
+    from_where = {"origin": "http://evil.example", "no origin": None, "token": origin(page)}[wrong]
+
+    async def connect():
+        async with websockets.connect(address, origin=from_where):
+            pass
+
+    with pytest.raises(websockets.InvalidStatus, match="403"):
+        asyncio.run(connect())
+
+
+MALFORMED = [
+    "",
+    "{",
+    "[]",
+    "null",
+    '{"do": []}',
+    '{"do": "eval", "code": "1"}',
+    '{"do": "undo", "further": 1}',
+    '{"do": "move", "values": {"a": 1e999}, "serial": 1}',
+    '{"do": "move", "values": {"a": "1"}, "serial": 1}',
+    '{"do": "move", "values": {}, "serial": 1}',
+    '{"do": "move", "values": {"a": true}, "serial": 1}',
+    '{"do": "go", "state": -1}',
+    '{"do": "go", "state": 1.5}',
+    '{"do": "add", "kind": "", "number": null, "at": null}',
+    '{"do": "add", "kind": "x", "number": 1, "at": [0, 0]}',
+    '{"do": "save", "what": "../../etc"}',
+    "[" * 5000,
+    '{"do": "set", "values": {"' + "a" * 300 + '": 1}}',
+    " " * (LONGEST + 1),
+]
+
+
+@pytest.mark.parametrize("text", MALFORMED)
+def test_a_message_that_no_page_sends_is_refused(text):
+    with pytest.raises(MessageError):
+        parsed(text)
+
+
+def test_random_messages_are_refused_without_harm():
+    dice = random.Random(0)
+    for _ in range(1000):
+        text = "".join(dice.choices(string.printable, k=dice.randrange(40)))
+        with pytest.raises(MessageError):
+            parsed(text)
+
+
+@pytest.mark.parametrize(
+    ("frame", "code"), [("{", 1008), (b"\0\1", 1008), ("x" * (LONGEST + 1), 1009)]
+)
+def test_a_socket_is_closed_after_a_malformed_or_oversized_frame_and_the_page_goes_on(
+    page, frame, code
+):
+    async def say(socket):
+        await heard(socket, "model")
+        await socket.send(frame)
+        with pytest.raises(websockets.ConnectionClosed):
+            while True:
+                await asyncio.wait_for(socket.recv(), 120)
+        assert socket.close_code == code  # 1009: it was not even read
+
+    talk(page, say)
+    assert status(page.address)[0] == 200
+
+
+def test_the_page_is_told_the_model_and_follows_moves(page):
+    ratio = "structure.damping.ratio"
+
+    async def play(socket):
+        model, arrays = await heard(socket, "model")
+        assert [pair["sensor"] for pair in model["pairs"]] == ["s1+x", "s2+x"]
+        assert arrays["measured"].shape == (2, 2, small.LINES.size)
+        drawn, _ = await heard(socket, "curves", name="now")
+        move = {"do": "move", "values": {ratio: 0.035, "nobody": 1.0}, "serial": 7}
+        await socket.send(json.dumps(move))
+        moved, _ = await heard(socket, "curves", serial=7)
+        assert not moved["is_state"] and moved["chi2"] != drawn["chi2"]
+        await socket.send(json.dumps({"do": "set", "values": {ratio: 9.0}}))
+        state, _ = await heard(socket, "state", current=1)
+        assert state["sliders"][1]["value"] == 0.06  # the end of its prior
+        await socket.send(json.dumps({"do": "undo"}))
+        back, _ = await heard(socket, "curves", name="now")
+        assert back["chi2"] == drawn["chi2"]
+        await socket.send(json.dumps({"do": "remove", "effect": "nobody"}))
+        error, _ = await heard(socket, "error")
+        assert 'no effect "nobody"' in error["words"]
+
+    talk(page, play)
+
+
+def test_an_effect_is_dropped_dragged_and_taken_away(page):
+    async def play(socket):
+        await heard(socket, "state")
+        drop = {"do": "add", "kind": "point_mass", "number": None, "at": [0.3, 0.0, 0.0]}
+        await socket.send(json.dumps(drop))
+        curves, arrays = await heard(socket, "curves", name="now", is_state=True)
+        while ["effect", "point_mass"] not in curves["items"]:
+            curves, arrays = await heard(socket, "curves", name="now", is_state=True)
+        assert arrays["places"][-1, 0] == pytest.approx(0.3)
+        drag = {"do": "drag", "effect": "point_mass", "at": [0.5, 0.0, 0.0], "serial": 9}
+        await socket.send(json.dumps(drag))
+        curves, arrays = await heard(socket, "curves", serial=9)
+        assert arrays["places"][-1, 0] == pytest.approx(0.5)
+        await socket.send(json.dumps({"do": "remove", "effect": "point_mass"}))
+        state, _ = await heard(socket, "state")
+        while state["effects"]:
+            state, _ = await heard(socket, "state")
+
+    talk(page, play)
+
+
+def test_a_later_call_takes_the_page_up(page, tmp_path, monkeypatch):
+    monkeypatch.setattr("bayes_placement.explorer.live.Worker", IdleWorker)
+    experiment, measurement = small.experiment(), small.measured()
+    first = bp.explore(experiment, measurement, store=tmp_path, browser=False)
+    first.session.do(added(experiment, "point_mass", at=(0.3, 0.0, 0.0)))
+    token = first.address.rsplit("/", 2)[1]
+    first.close()
+    again = bp.explore(experiment, measurement, store=tmp_path, browser=False)
+    try:
+        assert len(again.session.states) == 2 and again.address.rsplit("/", 2)[1] == token
+        (secret,) = (tmp_path / "explored").glob("*.token")
+        assert secret.stat().st_mode & 0o077 == 0
+        ASKED.clear()
+
+        async def play(socket):
+            await socket.send(json.dumps({"do": "compare", "state": 0}))
+            await heard(socket, "curves", title="0. as drawn")
+
+        talk(again, play)
+        tasks = [task for task, _ in ASKED]
+        assert tasks == ["offered", "check_data", "as_given", "reach"]
+        # What is fitted as given has none of the effects that were taken up.
+        assert all(not asked.effects for _, asked in ASKED)
+    finally:
+        again.close()
+
+
+def test_what_has_no_curves_or_no_noise_is_refused():
+    modes = bp.ModalParameters([160.0, 330.0], [0.1, 0.2], number=[1, 2])
+    structure = small.experiment().structure
+    observe = bp.observe.Modes(modes)
+    observing = bp.Experiment(structure, sensors=[], observe=observe, noise=None)
+    with pytest.raises(InfeasibleError, match="FRFs are needed"):
+        bp.explore(observing, modes, browser=False)
+    with pytest.raises(InputError, match="noise=None"):
+        bp.explore(bp.Experiment(
+            structure,
+            sensors=[bp.Sensor("s1", at=0.2)],
+            actuators=[bp.Actuator("a1", at=0.4)],
+            frequency=small.LINES,
+            observe=bp.observe.Complex("acceleration"),
+            noise=None,
+        ), small.measured(), browser=False)  # fmt: skip
+
+
+def test_a_port_that_is_taken_is_told_in_a_sentence(page):
+    port = int(page.address.split(":")[2].split("/")[0])
+    with pytest.raises(InputError, match="cannot be used"):
+        bp.explore(small.experiment(), small.measured(), port=port, browser=False)
+
+
+def test_every_message_has_a_method():
+    from bayes_placement.explorer.messages import ALLOWED
+
+    methods = {name.removeprefix("_on_") for name in vars(LivePage) if name.startswith("_on_")}
+    assert methods == {*ALLOWED}
+
+
+def test_frames_hold_numbers_of_single_precision_and_no_words_that_json_lacks():
+    import numpy as np
+
+    numbers = np.array([[1.0, np.nan, 2.5]])
+    header, arrays = unpacked(packed({"is": "x", "chi2": float("inf")}, {"a": numbers}))
+    assert header["chi2"] is None
+    np.testing.assert_array_equal(arrays["a"], numbers)
