@@ -25,7 +25,8 @@ def commands():
         {*(ROOT / "notebooks/docs/how_to").glob("*.md")} - {ROOT / page for page in PAGES}
     )
     further = [line for page in others for line in LINE.findall(page.read_text())]
-    further = [line for line in further if re.fullmatch(r"\w+ models/\S+", line)]
+    # A page is served until someone closes it.
+    further = [line for line in further if re.fullmatch(r"(?!explore)\w+ models/\S+", line)]
     return [*dict.fromkeys(line.split("#")[0].strip() for line in [*lines, *further])]
 
 
