@@ -76,15 +76,7 @@ def delete_leftovers(folder: Path) -> None:
 
 
 def lock(handle: int) -> None:
-    """Lock an open file until it is closed, be it by the end of the process.
-
-    Raises
-    ------
-    BlockingIOError
-        If it was opened and locked a second time.
-    OSError
-        If the system cannot lock files.
-    """
+    """Lock an open file until it is closed, be it by the end of the process."""
     if fcntl is None:
         raise OSError("this system cannot lock files")
     fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -210,13 +210,7 @@ def realise(tree: Tree, where: Callable[[Unknown], bool] = lambda unknown: True)
 
 
 def substitute(tree: Tree, values: Mapping[str, Any]) -> Tree:
-    """Put numbers in the place of distributions, by name.
-
-    Raises
-    ------
-    InputError
-        If a name is not an unknown of the tree.
-    """
+    """Put numbers in the place of distributions, by name."""
     names = [unknown.name for unknown in unknowns(tree)]
     check_kind(
         "values",
@@ -241,13 +235,7 @@ def substitute(tree: Tree, values: Mapping[str, Any]) -> Tree:
 
 
 def settled(tree: Tree) -> Tree:
-    """Put known numbers in the place of the leaves that they stand for.
-
-    Raises
-    ------
-    InputError
-        If one stands for a leaf that is not there, or that another one stands for.
-    """
+    """Put known numbers in the place of the leaves that they stand for."""
     descriptions = _descriptions(_flattened(tree)[1])
     taken = {of.taken_by for of in descriptions}
     for number, of in enumerate(descriptions):

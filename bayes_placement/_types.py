@@ -101,26 +101,14 @@ def check_kind(
 
 
 def check_count(argument: str, value: Any, least: int, instead: str) -> None:
-    """Refuse what is no whole number, or is below a least one.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """Refuse what is no whole number, or is below a least one."""
     if not (_is_count(value) and value >= least):
         words = f"{argument}={shown(value)} was given; a whole number of at least {least} is needed"
         raise InputError(f"{words}, since it counts: {instead}.")
 
 
 def finite_number(argument: str, value: Any, instead: str) -> float:
-    """Return one finite number.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """Return one finite number."""
     number = np.asarray(value)
     if number.dtype.kind not in "iuf" or number.ndim or not np.isfinite(number):
         words = f"{argument}={shown(value)} was given; one finite number is needed, in SI units"

@@ -53,13 +53,7 @@ def _folder(version: str) -> Path | None:
 
 
 def cache_directory() -> Path:
-    """Cache directory of the user, by the convention of the operating system.
-
-    Raises
-    ------
-    RuntimeError
-        If the user has no home directory.
-    """
+    """Cache directory of the user, by the convention of the operating system."""
     if sys.platform == "win32":
         return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
     if sys.platform == "darwin":

@@ -80,13 +80,6 @@ def read_inputs(
         error that it declares stays.
     **settings
         Further options of the command, for the record.
-
-    Raises
-    ------
-    FileNotFoundError
-        If a file is not there.
-    InputError
-        If a file does not hold what is needed.
     """
     screen = output.screen
     with files_read() as files:
@@ -123,15 +116,7 @@ def print_data_faults(screen: Screen, study: model.Study, measurement: Measureme
 
 
 def read_study(path: Path) -> model.Study:
-    """Read a model file, or the case in a folder.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file, or no case in the folder.
-    InputError
-        If it does not declare an experiment.
-    """
+    """Read a model file, or the case in a folder."""
     return case.read(path) if path.is_dir() else model.read(path)
 
 
@@ -139,15 +124,6 @@ def read_both(path: Path, data: Path | None, command: str) -> tuple[model.Study,
     """Read a study, whose experiment observes what was measured, and the measurement.
 
     Where modal parameters were measured, an experiment of FRFs becomes one of modes.
-
-    Raises
-    ------
-    FileNotFoundError
-        If a file is not there.
-    InputError
-        If a file does not hold what is needed.
-    UsageError
-        If there is no measurement.
     """
     study = read_study(path)
     measurement = measured(study, data, path, command)
@@ -158,28 +134,14 @@ def read_both(path: Path, data: Path | None, command: str) -> tuple[model.Study,
 
 
 def read_measurement(path: Path) -> Measurements:
-    """Read FRFs or modal parameters, by what a file holds.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    InputError
-        If it holds neither.
-    """
+    """Read FRFs or modal parameters, by what a file holds."""
     if holds_modal_parameters(path):
         return modal_parameters.read(path)
     return formats.read_measurement(path)
 
 
 def measured(study: model.Study, data: Path | None, path: Path, command: str) -> Measurements:
-    """Return the measurement in a file, or that of the study; of several states the last.
-
-    Raises
-    ------
-    UsageError
-        If there is neither.
-    """
+    """Return the measurement in a file, or that of the study; of several states the last."""
     if data is not None:
         return read_measurement(data)
     if study.measurement is None and study.states:

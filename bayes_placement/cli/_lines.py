@@ -34,11 +34,6 @@ def choose_lines(
         What was measured.
     most
         Most lines; None for as many as make 50,000 values.
-
-    Raises
-    ------
-    InputError
-        If a line, channel or force level of the experiment was not measured.
     """
     if experiment.observe.is_modal:
         return ChosenLines(experiment, _modes(experiment, measurement))

@@ -59,14 +59,7 @@ class Request:
     save: CompletedModel | None = None
 
     def read(self, command: str) -> Inputs:
-        """Read study and measurement, which is that of the last state where there are several.
-
-        Raises
-        ------
-        UsageError
-            If there is no effect of a name, or files of several states are given beside those of
-            one.
-        """
+        """Read study and measurement, which is that of the last state where there are several."""
         self._check_kinds()
         if self.baseline and self.alone:
             raise UsageError(
@@ -188,13 +181,7 @@ class Request:
 
 
 def states_by_label(words: Sequence[str]) -> dict[str, Path]:
-    """Files of several states by label, from LABEL=FILE each.
-
-    Raises
-    ------
-    UsageError
-        If a word is no such pair, or a label is given twice.
-    """
+    """Files of several states by label, from LABEL=FILE each."""
     pairs = [word.partition("=") for word in words]
     labels = [label.strip() for label, _, _ in pairs]
     for word, label, (_, _, file) in zip(words, labels, pairs, strict=True):

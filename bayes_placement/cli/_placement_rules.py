@@ -7,13 +7,7 @@ from .._types import UsageError
 
 
 def forbidden_regions(words: Sequence[str]) -> list[tuple[Any, Any]]:
-    """Low and high corners [m] of regions, from `0.4:0.45` or `0,0,0:0.1,0.1,0` each.
-
-    Raises
-    ------
-    UsageError
-        If a word is no such pair.
-    """
+    """Low and high corners [m] of regions, from `0.4:0.45` or `0,0,0:0.1,0.1,0` each."""
     return [_region(word) for word in words]
 
 
@@ -32,13 +26,7 @@ def _region(word: str) -> tuple[Any, Any]:
 
 
 def costs(words: Sequence[str]) -> dict[str, float]:
-    """Costs [nat] of transducers by name, from `s1=0.1` each.
-
-    Raises
-    ------
-    UsageError
-        If a word is no such pair.
-    """
+    """Costs [nat] of transducers by name, from `s1=0.1` each."""
     return dict(map(_cost, words))
 
 

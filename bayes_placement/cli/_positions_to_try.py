@@ -34,11 +34,6 @@ def positions_to_try(experiment: Experiment, search: str, count: int) -> dict[st
         Name of the search.
     count
         Positions on the structure, of which those are kept that a tolerance allows.
-
-    Raises
-    ------
-    InputError
-        If a transducer can be mounted nowhere, or the search cannot treat so many placements.
     """
     if search == "evolutionary" and in_space(experiment.structure.modes.bounds()):
         raise UsageError(

@@ -66,12 +66,6 @@ def result_folder(model: Path, command: str, out: Path | None) -> Iterator[Resul
         Name of the command.
     out
         The folder that the user names; None for a new one, `results/MODEL/COMMAND-1` and so on.
-
-    Raises
-    ------
-    UsageError
-        If it cannot be written to, its disk is full, it holds results of another model, or another
-        run writes into it.
     """
     home = RESULTS.absolute() / model.resolve().stem
     new = _made_new(home, command) if out is None else _made(out)

@@ -155,13 +155,7 @@ def from_folder_of(new: Path, path: Path) -> str:
 def completed_model(
     path: Path, model: Path, data: Path | None, model_error: bool
 ) -> CompletedModel:
-    """Return a model file or case folder to be written, after a check that it replaces nothing.
-
-    Raises
-    ------
-    UsageError
-        If there is such a file or folder, or it cannot hold what is to be saved.
-    """
+    """Return a model file or case folder to be written, after a check that it replaces nothing."""
     is_case = not path.suffix and model.is_dir()
     if path.exists() or not (is_case or path.suffix == ".py"):
         fault = "is there already" if path.exists() else "is no name of a Python file"

@@ -113,13 +113,7 @@ def print_answer(text: str) -> None:
 
 
 def begin_here() -> None:
-    """Show paths below the present folder from there, wherever a model file goes later.
-
-    Raises
-    ------
-    UsageError
-        If the folder was deleted.
-    """
+    """Show paths below the present folder from there, wherever a model file goes later."""
     try:
         _BEGAN_IN.set(str(Path.cwd()))
     except FileNotFoundError as error:

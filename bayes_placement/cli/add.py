@@ -48,11 +48,6 @@ def run(model: Path, word: str, typed: Sequence[str], save: Path) -> str:
         Its numbers as they were typed: `--mass`, `0.5` and so on.
     save
         The new file.
-
-    Raises
-    ------
-    UsageError
-        If there is no such effect, a number is missing or is none of it, or the file is there.
     """
     if save.exists() or save.suffix != ".py":
         fault = "is there already" if save.exists() else "is no name of a Python file"

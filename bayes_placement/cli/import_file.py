@@ -27,13 +27,6 @@ def run(path: Path, mapping: Path | None, output: Output) -> int:
     -------
     int
         The exit code.
-
-    Raises
-    ------
-    FileNotFoundError
-        If a file is missing.
-    InputError
-        If a file is damaged, or something is missing that neither file nor mapping says.
     """
     with files_read() as files:
         imported = mapped.read(path, mapping)

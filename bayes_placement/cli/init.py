@@ -142,11 +142,6 @@ def run(folder: Path, channels: Path | None, as_case: bool = False) -> NewFiles:
         Channel table: workbook or text; None for channels to be changed.
     as_case
         Whether to write a mapping, from which `import` makes a case folder, for a model file.
-
-    Raises
-    ------
-    UsageError
-        If a file is there already, or in the place of the folder.
     """
     _check_folder(folder)
     return _write_mapping(folder, channels) if as_case else _write_model(folder, channels)

@@ -204,13 +204,7 @@ def _planned(study: Study, earlier: Measurements | None, options: Options) -> Ex
 
 
 def with_sensors(experiment: Experiment, count: int | None) -> Experiment:
-    """Return the experiment with its first sensors only, or with more like the last one.
-
-    Raises
-    ------
-    InputError
-        If no sensor would be left.
-    """
+    """Return the experiment with its first sensors only, or with more like the last one."""
     sensors = list(experiment.sensor)
     if count is None or count == len(sensors):
         return experiment

@@ -82,11 +82,6 @@ def candidates(experiment: Experiment, places: Mapping[str, Any]) -> list[Candid
         The experiment.
     places
         Recorded positions [m] (or tolerance regions) to try, by the name of the transducer.
-
-    Raises
-    ------
-    InputError
-        If there is no such transducer, nothing to try, or a place lies outside the structure.
     """
     if not places:
         raise InputError(
@@ -160,13 +155,7 @@ def _place(at: Any) -> Any:
 
 
 def transducer(experiment: Experiment, name: str) -> Transducer:
-    """Transducer of this name.
-
-    Raises
-    ------
-    InputError
-        If there is none.
-    """
+    """Transducer of this name."""
     transducers = {**experiment.sensor, **experiment.actuator}
     if name not in transducers:
         raise InputError(

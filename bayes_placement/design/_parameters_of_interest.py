@@ -30,11 +30,6 @@ def with_parameters_of_interest(
     -------
     tuple
         The experiment, and the nominal values of those parameters that are still unknown.
-
-    Raises
-    ------
-    InputError
-        If a name is not that of an unknown parameter, or a value is outside of its prior.
     """
     values = dict(nominal or {})
     _refuse_impossible(values, experiment)

@@ -192,13 +192,7 @@ def _checked_cell(gain: xr.DataArray, other: Mapping[str, int]) -> dict[str, int
 
 
 def ranked(gain: np.ndarray) -> np.ndarray:
-    """Numbers of placements [placement] in the order of their information gain, the best first.
-
-    Raises
-    ------
-    InfeasibleError
-        If it is finite nowhere.
-    """
+    """Numbers of placements [placement] in the order of their information gain, the best first."""
     if not np.isfinite(gain).any():
         raise InfeasibleError(
             f"At none of {gain.size} placements is the information finite: where the structure "

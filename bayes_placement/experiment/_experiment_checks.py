@@ -28,13 +28,7 @@ SHOWN = 5
 
 
 def kinds(structure: Any, sensors: Any, actuators: Any, observe: Any, noise: Any) -> None:
-    """Refuse arguments of an experiment of another kind.
-
-    Raises
-    ------
-    InputError
-        If there is one.
-    """
+    """Refuse arguments of an experiment of another kind."""
     check_kind(
         "structure",
         structure,
@@ -62,13 +56,7 @@ def kinds(structure: Any, sensors: Any, actuators: Any, observe: Any, noise: Any
 
 
 def all_known(experiment: "Experiment") -> None:
-    """Refuse an experiment whose response depends on something unknown.
-
-    Raises
-    ------
-    InputError
-        If it does, with the names of what is unknown; the output error may be.
-    """
+    """Refuse an experiment whose response depends on something unknown."""
     names = [
         unknown.name for unknown in unknowns(experiment) if unknown.role is not Role.OUTPUT_ERROR
     ]
@@ -94,13 +82,7 @@ def _check_transducers(
 
 
 def lines(frequency: Any) -> Any:
-    """Return lines [Hz] as an array.
-
-    Raises
-    ------
-    InputError
-        If they are no list of finite numbers that are not negative.
-    """
+    """Return lines [Hz] as an array."""
     if isinstance(frequency, jax.core.Tracer):
         return frequency
     try:
@@ -129,13 +111,7 @@ def lines(frequency: Any) -> Any:
 
 
 def static_line(frequency: Any, modes: Modes) -> None:
-    """Refuse 0 Hz for a structure that moves as a rigid body.
-
-    Raises
-    ------
-    InputError
-        If there is a line at 0 Hz.
-    """
+    """Refuse 0 Hz for a structure that moves as a rigid body."""
     if isinstance(frequency, jax.core.Tracer) or modes.rigid_body_modes == 0:
         return
     if np.any(np.asarray(frequency) == 0):
@@ -147,13 +123,7 @@ def static_line(frequency: Any, modes: Modes) -> None:
 
 
 def lines_of_structure(structure: Structure, frequency: Any, observe: Observation) -> None:
-    """Refuse lines at which a structure has no response, or a law that is a table no value.
-
-    Raises
-    ------
-    InputError
-        If there is one, or modes are observed where a law is a table.
-    """
+    """Refuse lines at which a structure has no response, or a law that is a table no value."""
     static_line(frequency, structure.modes)
     for table in tables_in(structure.effects):
         if observe.is_modal:
@@ -167,13 +137,7 @@ def lines_of_structure(structure: Structure, frequency: Any, observe: Observatio
 
 
 def levels(amplitudes: Sequence[float] | None) -> tuple[float, ...] | None:
-    """Return force amplitudes [N]; None where they are not known.
-
-    Raises
-    ------
-    InputError
-        If there is none, one is not positive and finite, or one is given twice.
-    """
+    """Return force amplitudes [N]; None where they are not known."""
     if amplitudes is None:
         return None
     check_kind(
@@ -197,13 +161,7 @@ def levels(amplitudes: Sequence[float] | None) -> tuple[float, ...] | None:
 
 
 def mounting(word: str, observe: Observation) -> str:
-    """Return how sensors are mounted, one of `MOUNTINGS`; fixed where modes are observed.
-
-    Raises
-    ------
-    InputError
-        If it is another word.
-    """
+    """Return how sensors are mounted, one of `MOUNTINGS`; fixed where modes are observed."""
     if word not in MOUNTINGS:
         raise InputError(
             f"sensors_mounted={word!r} was given; it must be 'roving', where each sensor is alone "
@@ -213,13 +171,7 @@ def mounting(word: str, observe: Observation) -> str:
 
 
 def no_data_without_noise(data: Any) -> None:
-    """Refuse data for an experiment without noise.
-
-    Raises
-    ------
-    InputError
-        If there are.
-    """
+    """Refuse data for an experiment without noise."""
     if data is not None:
         raise InputError(
             "The experiment has noise=None, so no measured value has a density. Give it "
@@ -229,13 +181,7 @@ def no_data_without_noise(data: Any) -> None:
 
 
 def least_transducers(observe: Observation, actuators: Any, noise: Any, levels: Any) -> int:
-    """Return the least number of transducers of a side: none where modes are observed.
-
-    Raises
-    ------
-    InputError
-        If modes are observed and actuators, force levels or another noise are given.
-    """
+    """Return the least number of transducers of a side: none where modes are observed."""
     if not observe.is_modal:
         return 1
     if len(actuators) or levels is not None:
@@ -255,13 +201,7 @@ def least_transducers(observe: Observation, actuators: Any, noise: Any, levels: 
 
 
 def seen(effect: Any, observe: Observation) -> None:
-    """Refuse an effect that modal parameters do not show.
-
-    Raises
-    ------
-    InputError
-        If it is one.
-    """
+    """Refuse an effect that modal parameters do not show."""
     if observe.is_modal and isinstance(effect, Effect) and not effect.changes_modes:
         raise InputError(
             f'The effect "{effect.name}" was added to an experiment that observes modes; FRFs are '
@@ -271,25 +211,13 @@ def seen(effect: Any, observe: Observation) -> None:
 
 
 def driven(observe: Observation) -> None:
-    """Refuse to compute FRFs where modes are observed.
-
-    Raises
-    ------
-    InfeasibleError
-        If they are.
-    """
+    """Refuse to compute FRFs where modes are observed."""
     if observe.is_modal:
         no_frfs("FRFs were asked for")
 
 
 def no_frfs(what: str) -> NoReturn:
-    """Refuse what needs FRFs.
-
-    Raises
-    ------
-    InfeasibleError
-        Always.
-    """
+    """Refuse what needs FRFs."""
     raise InfeasibleError(
         f"{what}, but the experiment observes modal parameters; FRFs are needed for it, with lines "
         "and actuators, since it is computed line by line. Declare an experiment of FRFs: "
@@ -298,13 +226,7 @@ def no_frfs(what: str) -> NoReturn:
 
 
 def by_name(transducers: Sequence[Kind], modes: Modes, least: int = 1) -> OrderedDict[str, Kind]:
-    """Transducers by name, placed on a structure, at least so many.
-
-    Raises
-    ------
-    InputError
-        If there is none, two have one name, or a position lies outside the structure.
-    """
+    """Transducers by name, placed on a structure, at least so many."""
     # An ordered dictionary keeps its order through JAX; a plain one would be sorted by name.
     placed = OrderedDict((transducer.name, transducer.on(modes)) for transducer in transducers)
     names = [transducer.name for transducer in transducers]

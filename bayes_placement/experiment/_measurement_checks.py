@@ -246,11 +246,6 @@ def numeric(argument: str, values: object, kinds: str) -> None:
         What was given.
     kinds
         Kinds of NumPy's types that are taken: `iuf` for real numbers, `c` for complex ones.
-
-    Raises
-    ------
-    InputError
-        If its numbers are of none of these.
     """
     try:
         array = np.asarray(values)
@@ -265,13 +260,7 @@ def numeric(argument: str, values: object, kinds: str) -> None:
 
 
 def band(low: object, high: object) -> None:
-    """Refuse limits of a band that are no numbers, or fall.
-
-    Raises
-    ------
-    InputError
-        If they are none, or the second is below the first.
-    """
+    """Refuse limits of a band that are no numbers, or fall."""
     first = finite_number("low", low, "band(100.0, 200.0)")
     last = finite_number("high", high, "band(100.0, 200.0)")
     if last < first:

@@ -35,13 +35,7 @@ def _numbers(argument: str, values: Any, kinds: str = "iuf") -> np.ndarray:
 
 
 def frequency(values: Any) -> np.ndarray:
-    """Return natural frequencies [Hz].
-
-    Raises
-    ------
-    InputError
-        If they are no list of positive numbers that increase.
-    """
+    """Return natural frequencies [Hz]."""
     array = _numbers("natural_frequency", values)
     if array.ndim != 1 or array.size == 0 or not np.all(np.isfinite(array) & (array > 0)):
         raise InputError(
@@ -59,13 +53,7 @@ def frequency(values: Any) -> np.ndarray:
 
 
 def array(argument: str, values: Any, shape: tuple[int, ...]) -> np.ndarray:
-    """Return an array of this shape; NaN everywhere for None.
-
-    Raises
-    ------
-    InputError
-        If it holds no real numbers, or has another shape.
-    """
+    """Return an array of this shape; NaN everywhere for None."""
     if values is None:
         return np.full(shape, np.nan)
     numbers = _numbers(argument, values)
@@ -85,13 +73,7 @@ def array(argument: str, values: Any, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def has_sensors(shape: Any, channels: Sequence[Channel]) -> None:
-    """Refuse shapes without channels, and channels without shapes.
-
-    Raises
-    ------
-    InputError
-        If there are.
-    """
+    """Refuse shapes without channels, and channels without shapes."""
     if (shape is None) == bool(channels):
         mismatch = "no shape, but sensors" if shape is None else "a shape, but no sensors"
         raise InputError(
@@ -101,13 +83,7 @@ def has_sensors(shape: Any, channels: Sequence[Channel]) -> None:
 
 
 def agree(covariance: Any, deviation: np.ndarray) -> None:
-    """Refuse a covariance together with deviations that differ from its diagonal.
-
-    Raises
-    ------
-    InputError
-        If they are not.
-    """
+    """Refuse a covariance together with deviations that differ from its diagonal."""
     matrices = _numbers("covariance", covariance)
     stated = np.isfinite(deviation)
     rows, modes = deviation.shape
@@ -123,13 +99,7 @@ def agree(covariance: Any, deviation: np.ndarray) -> None:
 
 
 def covariance(matrices: Any, values: np.ndarray, labels: Sequence[str]) -> np.ndarray:
-    """Return covariance matrices [mode, row, row], the identity's rows where nothing is known.
-
-    Raises
-    ------
-    InputError
-        If their shape is another, or one is not symmetric and positive definite.
-    """
+    """Return covariance matrices [mode, row, row], the identity's rows where nothing is known."""
     numbers = _numbers("covariance", matrices)
     rows, modes = values.shape
     if numbers.shape != (modes, rows, rows):
@@ -162,13 +132,7 @@ def covariance(matrices: Any, values: np.ndarray, labels: Sequence[str]) -> np.n
 
 
 def damping(ratio: np.ndarray) -> None:
-    """Refuse damping ratios [1] that are not between -1 and 1.
-
-    Raises
-    ------
-    InputError
-        If there is one, such as a percentage.
-    """
+    """Refuse damping ratios [1] that are not between -1 and 1."""
     outside = ratio[np.abs(ratio) >= 1]
     if outside.size:
         raise InputError(
@@ -178,13 +142,7 @@ def damping(ratio: np.ndarray) -> None:
 
 
 def number(numbers: Any, count: int) -> tuple[int, ...] | None:
-    """Return the numbers of the modes; None where they are not known.
-
-    Raises
-    ------
-    InputError
-        If they are not as many whole numbers from 1 on, each once.
-    """
+    """Return the numbers of the modes; None where they are not known."""
     if numbers is None:
         return None
     mode_numbers = _numbers("number", numbers)
@@ -201,13 +159,7 @@ def number(numbers: Any, count: int) -> tuple[int, ...] | None:
 
 
 def places(chosen: Sequence[int], count: int) -> np.ndarray:
-    """Return places of modes, ascending.
-
-    Raises
-    ------
-    InputError
-        If there is no such mode, or none is chosen.
-    """
+    """Return places of modes, ascending."""
     indices = _numbers("modes", chosen)
     inside = (indices >= 0) & (indices < count) & (indices == np.rint(indices))
     if indices.ndim != 1 or indices.size == 0 or not np.all(inside):
@@ -219,13 +171,7 @@ def places(chosen: Sequence[int], count: int) -> np.ndarray:
 
 
 def real_part(shape: Any) -> np.ndarray:
-    """Return the real part of shapes (channel, mode), each turned until most of it is real.
-
-    Raises
-    ------
-    InputError
-        If too much of one remains imaginary.
-    """
+    """Return the real part of shapes (channel, mode), each turned until most of it is real."""
     turned = _numbers("shape", shape, "iufc").astype(complex)
     if turned.ndim != 2:
         raise InputError(

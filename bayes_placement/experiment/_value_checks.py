@@ -36,14 +36,7 @@ def check_values(tree: Any) -> None:
 
 
 def fixed(tree: Any, values: Any) -> Any:
-    """Put values in the place of distributions of an experiment, by name.
-
-    Raises
-    ------
-    InputError
-        If a name is not an unknown of the tree, or a value cannot be: it is not one finite number
-        for each number of the prior, or outside of the range of its quantity.
-    """
+    """Put values in the place of distributions of an experiment, by name."""
     substituted = substitute(tree, values)
     for unknown in unknowns(tree):
         value = values.get(unknown.name)

@@ -25,11 +25,6 @@ class ArrayStore:
     ----------
     folder
         The folder, made if it does not exist.
-
-    Raises
-    ------
-    InputError
-        If it is a file.
     """
 
     def __init__(self, folder: str | Path):

@@ -20,11 +20,6 @@ def at_levels(
         One measurement, or one for each level, in any order.
     levels
         Force levels [N]; None for a single measurement at whatever level.
-
-    Raises
-    ------
-    InputError
-        If a level was not measured, or several measurements are given and no level.
     """
     single = isinstance(measurements, Measurement | ModalParameters)
     entries: Any = [measurements] if single else measurements

@@ -59,11 +59,6 @@ def receptance(
     -------
     Complex[Array, "sensor actuator frequency"]
         Receptance [m/N].
-
-    Raises
-    ------
-    InputError
-        If an attachment depends on the amplitude and no force is known, or several do.
     """
     modes = structure.proper_modes()
     if mode_error is not None:

@@ -45,13 +45,7 @@ def mode_indicator(runs: Sequence["Measurement"], quantity: str = "mobility") ->
 def around_resonances(
     runs: Sequence["Measurement"], *, lines_per_bandwidth: float | int, bandwidths: float | int
 ) -> Int[np.ndarray, "chosen"]:
-    """Numbers of the lines around the peaks of the mode indicator. See `Measurement`.
-
-    Raises
-    ------
-    InputError
-        If a number is not positive, the lines differ between runs, or there is no peak.
-    """
+    """Numbers of the lines around the peaks of the mode indicator. See `Measurement`."""
     _check_positive("around_resonances", "lines_per_bandwidth", lines_per_bandwidth)
     _check_positive("around_resonances", "bandwidths", bandwidths)
     frequency = _common_lines(runs)
@@ -104,13 +98,7 @@ def half_power_bandwidth(frequency: Spectrum, indicator: Spectrum, peak: int) ->
 
 
 def thinned(runs: Sequence["Measurement"], most: int) -> Int[np.ndarray, "chosen"]:
-    """Numbers of at most `most` lines, dense where the FRFs change most. See `Measurement`.
-
-    Raises
-    ------
-    InputError
-        If `most` is less than 1, or the lines differ between runs.
-    """
+    """Numbers of at most `most` lines, dense where the FRFs change most. See `Measurement`."""
     _check_positive("thinned", "most", most)
     frequency = _common_lines(runs)
     if frequency.size <= most:
@@ -209,13 +197,7 @@ def _noise_share(run: "Measurement") -> Float[np.ndarray, "pair frequency"]:
 
 
 def runs(run: "Measurement", together: Any) -> tuple["Measurement", ...]:
-    """Return a measurement and those at other force levels.
-
-    Raises
-    ------
-    InputError
-        If the others are no list.
-    """
+    """Return a measurement and those at other force levels."""
     needed = "a list of measurements is needed, since there may be many"
     check_kind("together", together, (Sequence, type(None)), needed, "together=runs[1:]")
     return (run, *(together or ()))

@@ -14,13 +14,7 @@ LINE_TOLERANCE = 1e-5
 def measured_lines(
     frequency: Float[np.ndarray, "frequency"], requested: Float[np.ndarray, "requested"]
 ) -> Int[np.ndarray, "requested"]:
-    """Index of the measured line at each requested frequency [Hz].
-
-    Raises
-    ------
-    InputError
-        If one was not measured, or they do not increase from line to line.
-    """
+    """Index of the measured line at each requested frequency [Hz]."""
     nearest = np.rint(np.interp(requested, frequency, np.arange(frequency.size))).astype(int)
     close = np.isclose(frequency[nearest], requested, rtol=LINE_TOLERANCE, atol=0.0)
     if not close.all():

@@ -86,11 +86,6 @@ def converted(frf: np.ndarray, frequency: np.ndarray, source: str, target: str) 
         Lines [Hz].
     source, target
         Quantity of the FRFs, and that of the result.
-
-    Raises
-    ------
-    InputError
-        If a quantity is unknown, or 0 Hz would have to be divided by.
     """
     power = quantity_of(target).derivative - quantity_of(source).derivative
     if power < 0 and np.any(frequency == 0):

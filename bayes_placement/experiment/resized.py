@@ -36,11 +36,6 @@ def with_only(
     sensors, actuators
         Names of those that remain, in the order of the experiment; others are ignored. None for
         all.
-
-    Raises
-    ------
-    InputError
-        If an effect on the instruments is about a sensor by its number.
     """
     requests = ((experiment.sensor, sensors), (experiment.actuator, actuators))
     if all(names is None or set(side) <= set(names) for side, names in requests):
@@ -66,13 +61,7 @@ def with_only(
 
 
 def with_more_sensors(experiment: Experiment, count: int) -> Experiment:
-    """Return the experiment with `count` more sensors like its last one, `s1`, `s2` and so on.
-
-    Raises
-    ------
-    InputError
-        If channels differ in the level of their output error.
-    """
+    """Return the experiment with `count` more sensors like its last one, `s1`, `s2` and so on."""
     last = list(experiment.sensor.values())[-1]
     noise = experiment.noise
     if noise is not None and not eqx.tree_equal(noise, noise.of(sensors=np.array([0]))):
@@ -151,11 +140,6 @@ def as_measured(experiment: Experiment, measurement: Measurement) -> Experiment:
         The experiment; its noise must not be stated line by line.
     measurement
         What was measured, with any lines and some of the channels.
-
-    Raises
-    ------
-    InputError
-        If they share no line or no channel.
     """
     lines, band = np.asarray(measurement.frequency), np.asarray(experiment.frequency)
     margin = 1e-9 * float(band.max())
@@ -192,12 +176,6 @@ def observing_modes(experiment: Experiment, measured: ModalParameters) -> Experi
         The experiment, of FRFs or of modes.
     measured
         What was measured; shapes at other sensors than those of the experiment are not used.
-
-    Raises
-    ------
-    InputError
-        If shapes were measured, but none of them at a sensor of the experiment; or if sensors have
-        to be left out that an effect on the instruments names by number.
 
     Examples
     --------

@@ -195,13 +195,7 @@ def _check_key(key: str, effect: Effect) -> None:
 
 
 def added(effects: Mapping[str, Kind], effect: Kind) -> OrderedDict[str, Kind]:
-    """Effects by name with one more.
-
-    Raises
-    ------
-    InputError
-        If its name is taken, or has a dot or a slash.
-    """
+    """Effects by name with one more."""
     checked_name("An effect of the name", effect.name)
     check_free(effect, effects)
     return OrderedDict(effects) | {effect.name: effect}

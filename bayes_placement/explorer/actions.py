@@ -241,13 +241,7 @@ ACTIONS: dict[str, type[Action]] = {
 
 
 def action_from(content: Mapping[str, Any]) -> Action:
-    """Return an action from a file.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """Return an action from a file."""
     fields = dict(content)
     try:
         return ACTIONS[fields.pop("do")](**fields)
@@ -259,13 +253,7 @@ def action_from(content: Mapping[str, Any]) -> Action:
 
 
 def with_stated(experiment: Experiment, effects: Any) -> Experiment:
-    """Return an experiment with effects that are stated as in a case.
-
-    Raises
-    ------
-    InputError
-        If one is none of the candidates and no network.
-    """
+    """Return an experiment with effects that are stated as in a case."""
     return with_effects(experiment, JsonObject({FIELD: [dict(each) for each in effects]}, FILE))
 
 

@@ -70,11 +70,6 @@ def added(
         Number of the candidate from 1; None for the one that can be nearest.
     at
         Where it is put [m]; None for the middle of its prior.
-
-    Raises
-    ------
-    InputError
-        If there is no such candidate.
     """
     count = len(library(experiment, [kind]).effects)
     numbers = range(1, count + 1) if number is None else [number]

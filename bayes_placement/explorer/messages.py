@@ -92,13 +92,7 @@ PREVIEWS = ("move", "drag")
 
 
 def parsed(text: str) -> Message:
-    """Return a message.
-
-    Raises
-    ------
-    MessageError
-        If it is longer, no JSON, or of other words, fields or values than any page sends.
-    """
+    """Return a message."""
     if len(text) > LONGEST:
         raise MessageError("It is too long.")
     try:

@@ -88,7 +88,8 @@ class Explorer:
         return f"Explorer: {self.address}"
 
     def _repr_html_(self) -> str:
-        return f'<a href="{self.address}" target="_blank" rel="noopener">{self.address}</a>'
+        link = f'<a href="{self.address}" target="_blank" rel="noopener">{self.address}</a>'
+        return f"<div>{link}</div>"
 
 
 @arguments_checked
@@ -160,11 +161,6 @@ def opened(
         As of `explore`.
     given
         What it is about besides.
-
-    Raises
-    ------
-    InputError
-        As of `explore`.
     """
     from .kept import FOLDER, kept_page
     from .live import LivePage

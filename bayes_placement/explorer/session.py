@@ -75,13 +75,7 @@ class Session:
         return self.states[self.current].model
 
     def do(self, action: Action) -> SessionState:
-        """Change the model at hand; the state before stays.
-
-        Raises
-        ------
-        InputError
-            If the model cannot be changed so; then nothing is.
-        """
+        """Change the model at hand; the state before stays."""
         before = self.model
         state = SessionState(action.applied(before), action.title(before), action, self.current)
         self.states.append(state)
@@ -145,13 +139,7 @@ class Session:
         return {"schema": SCHEMA, "current": self.current, "states": states, "chi2": chi2}
 
     def take_up(self, content: Mapping[str, Any]) -> None:
-        """Do again all that a file holds.
-
-        Raises
-        ------
-        InputError
-            If it holds something else, or what was done cannot be done to this model.
-        """
+        """Do again all that a file holds."""
         states: Sequence[Mapping[str, Any]] = content["states"]
         for state in states:
             self.go(int(state["parent"]))

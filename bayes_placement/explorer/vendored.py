@@ -24,13 +24,7 @@ FOLDER = Path(__file__).parent / "page" / "vendor"
 
 
 def fetch(folder: Path = FOLDER) -> None:
-    """Fetch the archive by npm, check its hash, and write the files.
-
-    Raises
-    ------
-    ValueError
-        If it has another hash.
-    """
+    """Fetch the archive by npm, check its hash, and write the files."""
     with tempfile.TemporaryDirectory() as temporary:
         subprocess.run(["npm", "pack", "--silent", PACKAGE], cwd=temporary, check=True)
         (archive,) = Path(temporary).glob("*.tgz")

@@ -41,11 +41,6 @@ def product_rule(
         Gauss nodes for each continuous one.
     intervals
         Part of each; all of it by default.
-
-    Raises
-    ------
-    InfeasibleError
-        If a distribution is no scalar or cannot be inverted.
     """
     pairs = zip(distributions.values(), intervals or [ALL] * len(distributions), strict=True)
     rules = [rule(distribution, nodes, interval) for distribution, interval in pairs]
@@ -74,11 +69,6 @@ def rule(
         Number of Gauss-Legendre nodes in probability.
     interval
         Part of a continuous distribution that is integrated.
-
-    Raises
-    ------
-    InfeasibleError
-        If the distribution is not a scalar or has no inverse cumulative distribution function.
     """
     if distribution.shape() != ():
         raise InfeasibleError(

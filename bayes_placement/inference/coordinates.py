@@ -45,11 +45,6 @@ class Coordinates:
         Prior of each unknown by name; the unknowns are independent.
     standard_normal
         Whether the prior of every coordinate must be standard normal.
-
-    Raises
-    ------
-    InfeasibleError
-        If `standard_normal`, and a distribution has no inverse distribution function.
     """
 
     def __init__(self, priors: Mapping[str, Distribution], *, standard_normal: bool = True):

@@ -33,13 +33,7 @@ class Method(NamedTuple):
 
 
 def method(engine: str, marginal: str) -> Method:
-    """One method by the names of its engine and its marginal.
-
-    Raises
-    ------
-    InputError
-        If there is no such engine or marginal.
-    """
+    """One method by the names of its engine and its marginal."""
     return Method(
         f"{marginal} {engine}",
         of_name(engines, engine)(**SIZES.get(engine, {})),

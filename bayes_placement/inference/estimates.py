@@ -112,11 +112,6 @@ def from_scalars(
         Shape of each value that is needed, by name.
     values
         Values by name; of an array all together, or each element: `structure.damping.ratio[0]`.
-
-    Raises
-    ------
-    KeyError
-        If one is missing.
     """
     return {name: _value(name, shape, values) for name, shape in shapes.items()}
 

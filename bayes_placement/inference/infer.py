@@ -207,11 +207,6 @@ def memory_needed(
     ----------
     experiment, measurement, engine, marginal
         As of `infer`.
-
-    Raises
-    ------
-    InputError
-        As `infer`; `InfeasibleError` if the engine or the marginal cannot treat this experiment.
     """
     explorer, treatment = _engine(engine), _marginal(marginal)
     _check(experiment)

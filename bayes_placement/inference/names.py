@@ -18,11 +18,6 @@ def of_name(registry: ModuleType, name: str) -> Any:
         `engines` or `marginals`.
     name
         Name of a class in lower case: `smc`.
-
-    Raises
-    ------
-    InputError
-        If there is none of that name.
     """
     from .._types import InputError  # imports JAX, which the list of names must not
 

@@ -20,11 +20,6 @@ def jax_key(key: Any) -> Key:
     key
         An integer of Python or NumPy, or one JAX key, `jax.random.key(0)` or
         `jax.random.PRNGKey(0)`.
-
-    Raises
-    ------
-    InputError
-        If it is neither.
     """
     return jax.random.PRNGKey(_integer(key)) if _is_integer(key) else _checked(key)
 
@@ -33,11 +28,6 @@ def integer_seed(key: Any) -> int:
     """Return the integer from which `numpy.random.default_rng` starts; see `jax_key`.
 
     That of `jax.random.key(3)` is 3.
-
-    Raises
-    ------
-    InputError
-        If it is neither an integer nor a key.
     """
     if _is_integer(key):
         return _integer(key) % _LARGEST  # which takes no negative number

@@ -51,11 +51,6 @@ class Problem:
     further
         Further earlier states, the same way. An unknown of theirs that the experiment does not have
         must be one of their own.
-
-    Raises
-    ------
-    InfeasibleError
-        If the prior has to be standard normal, and has no inverse distribution function.
     """
 
     def __init__(

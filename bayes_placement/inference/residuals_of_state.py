@@ -193,13 +193,7 @@ def coordinates_of(
     standard_normal: bool = True,
     further: Mapping[str, Unknown] = MappingProxyType({}),
 ) -> Coordinates:
-    """Coordinates of the unknowns of an experiment, and of further ones after them.
-
-    Raises
-    ------
-    InfeasibleError
-        If the prior has to be standard normal, and one has no inverse distribution function.
-    """
+    """Coordinates of the unknowns of an experiment, and of further ones after them."""
     distributions = {unknown.name: unknown.distribution for unknown in experiment.unknowns}
     distributions |= {name: unknown.distribution for name, unknown in further.items()}
     return Coordinates(distributions, standard_normal=standard_normal)

@@ -47,11 +47,6 @@ class UnconstrainedModel(eqx.Module):
         Called for the likelihood as a problem of least squares, None where it is none.
     hierarchy
         Called for the same where errors have unknown sizes, None where none have.
-
-    Raises
-    ------
-    InputError
-        If an unknown is discrete.
     """
 
     model: Callable[[], None]
@@ -105,13 +100,7 @@ class UnconstrainedModel(eqx.Module):
         return self.coordinates.vector(values)
 
     def vector(self, values: Mapping[str, Any]) -> Flat:
-        """Flat vector of values by name, arrays as a whole or element by element.
-
-        Raises
-        ------
-        InputError
-            If a value is missing, or lies where its prior has no density.
-        """
+        """Flat vector of values by name, arrays as a whole or element by element."""
         try:
             shapes = {name: prior.shape() for name, prior in self.priors.items()}
             named = jax.tree.map(jnp.asarray, from_scalars(shapes, values))
@@ -172,11 +161,6 @@ class UnconstrainedModel(eqx.Module):
             Nodes for each unknown; the last unknown runs fastest.
         box
             Part of each prior, by its cumulative probabilities; all of it by default.
-
-        Raises
-        ------
-        InfeasibleError
-            If an unknown is no scalar or its prior cannot be inverted.
         """
         values, log_weight = product_rule(self.priors, nodes, box)
         return compiled(_flattened)(self, values), log_weight

@@ -33,13 +33,7 @@ _WIDTHS = {_SHORT: 5, _LONG: 10}
 
 
 def load(path: Path) -> MeshContents:
-    """Read nodes and elements; results are left out.
-
-    Raises
-    ------
-    InputError
-        If a block is binary or ends too early, or a number is none.
-    """
+    """Read nodes and elements; results are left out."""
     lines = decoded(path.read_bytes()).splitlines()
     node, points = [], []
     for width, line in _records(lines, "2C"):

@@ -20,13 +20,7 @@ LIMITS = {
 
 
 def most(what: str) -> int:
-    """Most of something that is read.
-
-    Raises
-    ------
-    UsageError
-        If the environment asks for another number of times.
-    """
+    """Most of something that is read."""
     stated = os.environ.get(VARIABLE, "1")
     if not stated.isdecimal() or not 1 <= int(stated) <= 1000:
         raise UsageError(
@@ -45,11 +39,6 @@ def check_limit(what: str, count: int) -> None:
         One of `LIMITS`.
     count
         How many there are, or at least.
-
-    Raises
-    ------
-    InputError
-        If there are too many.
     """
     if count > most(what):
         raise InputError(

@@ -27,11 +27,6 @@ def matrix(path: Path, role: str) -> scipy.sparse.csc_array:
         The file.
     role
         `stiffness` or `mass`, or else the only matrix of the file.
-
-    Raises
-    ------
-    InputError
-        If none has such a name, or several have.
     """
     square = {n: m for n, m in _matrices(path).items() if m.ndim == 2 and m.shape[0] == m.shape[1]}
     square = {name: values for name, values in square.items() if values.shape[0] > 1}

@@ -35,13 +35,7 @@ class _Head(NamedTuple):
 
 
 def matrix(path: Path) -> Any:
-    """Return the matrix in a file.
-
-    Raises
-    ------
-    InputError
-        If it is no such file, holds other values than it announces, or an index lies outside.
-    """
+    """Return the matrix in a file."""
     content = _content(path)
     head = _head(path, content)
     table = _table(path, content[head.values_from :], head)

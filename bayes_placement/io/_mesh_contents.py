@@ -45,11 +45,6 @@ def of_numbers(
         Type and numbers of the nodes of each.
     skipped
         Kinds of elements that were left out.
-
-    Raises
-    ------
-    InputError
-        If a node occurs twice, or an element names one that is not there.
     """
     numbers = np.array(node, dtype=np.int64)
     row = {number: place for place, number in enumerate(numbers.tolist())}
@@ -75,13 +70,7 @@ def of_numbers(
 
 
 def strict_integer(text: str) -> int:
-    """Return a whole number of digits alone.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """Return a whole number of digits alone."""
     plain = text.strip()
     if not plain.removeprefix("-").isdecimal() or not plain.isascii():
         raise InputError(f"{plain!r} stands where a whole number is needed; export it again.")

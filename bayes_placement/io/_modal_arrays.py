@@ -34,11 +34,6 @@ def load(path: Path, names: dict[int, str]) -> dict[str, Any]:
     """Read arrays as arguments of `ModalParameters`, without deviations that are not there.
 
     Shapes are (channel, mode): columns are modes.
-
-    Raises
-    ------
-    InputError
-        If there are no natural frequencies, or an array has another size.
     """
     known = arrays.load(path).arrays
     roles = _roles(known)

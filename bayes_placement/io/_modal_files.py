@@ -35,15 +35,7 @@ class ModalMapping(NamedTuple):
 
 
 def holds_modal_parameters(path: Path) -> bool:
-    """Whether a file holds modal parameters and no FRFs, or is a mapping of such a file.
-
-    Raises
-    ------
-    FileNotFoundError
-        If a mapping is not there.
-    InputError
-        If a mapping is no TOML, or a universal file is malformed.
-    """
+    """Whether a file holds modal parameters and no FRFs, or is a mapping of such a file."""
     if is_mapping(path):
         return TABLE in load(path).content
     if not path.is_file():
@@ -62,15 +54,7 @@ def is_mapping(path: Path) -> bool:
 
 
 def read_mapping(path: Path) -> ModalMapping:
-    """Read the mapping of a file of modal parameters.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    InputError
-        If a field is missing or not known, or its value of another kind.
-    """
+    """Read the mapping of a file of modal parameters."""
     table = load(path).table(TABLE)
     if table is None:
         raise InputError(

@@ -112,11 +112,6 @@ def array_in(stream: Any, size: int) -> np.ndarray:
         The file.
     size
         Its bytes.
-
-    Raises
-    ------
-    InputError
-        If they do not, or it holds pickles.
     """
     version = npy.read_magic(stream)
     read_header = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}

@@ -59,13 +59,6 @@ def run(
         Makes the error of a reason.
     further_seconds
         Time that a library takes to be imported, where that is long.
-
-    Raises
-    ------
-    MissingExtraError
-        If it lacks a library.
-    InputError
-        If the process fails, ends, or takes too long.
     """
     path.open("rb").close()  # raises PermissionError, which says more than a failed process
     further = further_seconds + SECONDS_PER_MEGABYTE * path.stat().st_size / 1e6

@@ -14,13 +14,7 @@ MOST_ROWS = 20_000_000
 
 
 def matrix(archive: NpzArchive) -> Any:
-    """Return the matrix in an archive.
-
-    Raises
-    ------
-    InputError
-        If it is no sparse matrix, or an index lies outside of it.
-    """
+    """Return the matrix in an archive."""
     names = set(archive.names)
     form = _form(archive)
     build, needed = _FORMS[form]

@@ -273,13 +273,7 @@ class Scaled(Law):
 
 
 def _parts(law: Any, kind: type[Group]) -> tuple[Any, ...]:
-    """Parts of a group of a kind, which joins a greater one of it; else the law itself.
-
-    Raises
-    ------
-    InputError
-        If it is no law.
-    """
+    """Parts of a group of a kind, which joins a greater one of it; else the law itself."""
     if not isinstance(law, Law):
         raise _no_network(shown(law))
     return law.parts if isinstance(law, kind) else (law,)

@@ -32,11 +32,6 @@ def typed(text: str) -> Law:
     text
         Elements with numbers or priors, `|` in parallel, `-` in series, a factor before `*`.
 
-    Raises
-    ------
-    InputError
-        If it is none.
-
     Examples
     --------
     >>> from bayes_placement.laws.typed import typed
@@ -61,13 +56,7 @@ def _no_law(text: str) -> InputError:
 
 
 def _read(node: ast.expr) -> Any:
-    """Law, prior or number of a part of the text.
-
-    Raises
-    ------
-    KeyError, ValueError
-        If the part is none.
-    """
+    """Law, prior or number of a part of the text."""
     match node:
         case ast.BinOp(left=left, op=ast.BitOr(), right=right):
             return _read(left) | _read(right)

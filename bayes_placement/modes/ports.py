@@ -62,11 +62,6 @@ def rotation(place: Coordinates, footprint: Any, direction: Any, modes: Modes) -
         Direction of the displacements, three numbers; None for the only one there is.
     modes
         Modes of the structure.
-
-    Raises
-    ------
-    InputError
-        If the structure does not rotate, or there is no footprint in space.
     """
     if in_space(modes.bounds()):
         return _rotation_of_footprint(place, footprint, direction, modes)

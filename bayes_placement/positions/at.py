@@ -60,11 +60,6 @@ def position_on(at: At, bounds: Bounds, owner: str, word: str = "position") -> P
         Where the structure is [m].
     owner, word
         What is placed, and what its position is called, for the errors.
-
-    Raises
-    ------
-    InputError
-        If it lies outside the structure, or has one coordinate where three are needed.
     """
     place = as_place(at)
     if isinstance(place, Tolerance):
@@ -80,13 +75,7 @@ def position_on(at: At, bounds: Bounds, owner: str, word: str = "position") -> P
 
 
 def as_place(at: At) -> Position | Tolerance:
-    """Return three numbers or distributions as a place, all else as it is.
-
-    Raises
-    ------
-    InputError
-        If there are several coordinates, but not three.
-    """
+    """Return three numbers or distributions as a place, all else as it is."""
     if isinstance(at, Cartesian):
         _check_coordinates(at.x, at.y, at.z)
     if isinstance(at, Place | Tolerance) or is_unknown(at):

@@ -22,13 +22,7 @@ def in_space(bounds: Bounds) -> bool:
 
 
 def box(bounds: Bounds, tolerance: Any) -> Corners:
-    """Corners of the box about a structure in space [m].
-
-    Raises
-    ------
-    InputError
-        If the structure is a line; the message names the tolerance.
-    """
+    """Corners of the box about a structure in space [m]."""
     if not in_space(bounds):
         raise InputError(f"{tolerance} was given, but {one_coordinate_needed(bounds)}")
     low, high = bounds

@@ -17,11 +17,6 @@ def printable_name(kind: str, name: str) -> str:
         What has it, for the message: `Sensor of the name`.
     name
         The name.
-
-    Raises
-    ------
-    InputError
-        If it is no text, blank, too long, or has letters that steer a terminal or have no shape.
     """
     needed = "a name is needed, since it stands in tables and files"
     check_kind(kind, name, str, needed, "a text such as 's1'")
@@ -36,13 +31,7 @@ def printable_name(kind: str, name: str) -> str:
 
 
 def checked_name(kind: str, name: str) -> str:
-    """Return a name that can be a word of the name of an unknown, and of a group in a file.
-
-    Raises
-    ------
-    InputError
-        If it is empty, cannot be printed, or has a dot or a slash.
-    """
+    """Return a name that can be a word of the name of an unknown, and of a group in a file."""
     if not isinstance(name, str) or not name or "." in name:
         better = str(name).replace(".", "_") if isinstance(name, str) and name else "s1"
         raise InputError(

@@ -84,13 +84,7 @@ def direction_of(argument: str, values: Any) -> CartesianComponents:
 def right_angled(
     argument: str, first: Any, second: Any
 ) -> tuple[CartesianComponents, CartesianComponents]:
-    """Return two directions of unit length at right angles.
-
-    Raises
-    ------
-    InputError
-        If they are not at right angles.
-    """
+    """Return two directions of unit length at right angles."""
     first = direction_of(f"{argument}(first direction)", first)
     second = direction_of(f"{argument}(second direction)", second)
     cosine = np.dot(first, second)

@@ -93,11 +93,6 @@ def verdict(posterior: xr.DataTree, *, level: float = LEVEL) -> Verdict:
         What `infer` returned.
     level
         Probability that a correct model does not pass.
-
-    Raises
-    ------
-    InputError
-        As `check`.
     """
     _check(level, bands=1)
     data = residuals(posterior)

@@ -20,13 +20,7 @@ TOLERANCE = 1e-9
 
 
 def log_jacobian(results: Mapping[str, xr.DataTree]) -> dict[str, xr.DataArray]:
-    """Log of |dz / dz of the first model| for each output of each model, NaN where not measured.
-
-    Raises
-    ------
-    ValueError
-        If the results describe different data, or lack the Jacobians of their outputs.
-    """
+    """Log of |dz / dz of the first model| for each output of each model, NaN where not measured."""
     observed = {name: _observed(name, result) for name, result in results.items()}
     first = next(iter(observed))
     return {name: _between((first, observed[first]), (name, observed[name])) for name in observed}

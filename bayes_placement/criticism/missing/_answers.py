@@ -95,13 +95,7 @@ class Question(NamedTuple):
         return cls(*content, declared, fits=shared_fits(*content), **settings)
 
     def of_what_is_new(self) -> "Question":
-        """Return the question which effects came between two states.
-
-        Raises
-        ------
-        InputError
-            If none of the candidates can.
-        """
+        """Return the question which effects came between two states."""
         effects = tuple(effect for effect in self.tried.effects if effect.may_be_new)
         if not effects:
             raise InputError(

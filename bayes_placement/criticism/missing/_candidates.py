@@ -13,13 +13,7 @@ from ...inference.residuals_of_state import coordinates_of
 
 
 def check_experiment(experiment: Any, verb: str) -> None:
-    """Refuse what is no experiment.
-
-    Raises
-    ------
-    InputError
-        If something else was given.
-    """
+    """Refuse what is no experiment."""
     check_kind(
         "experiment",
         experiment,
@@ -32,15 +26,7 @@ def check_experiment(experiment: Any, verb: str) -> None:
 def candidates_of(
     experiment: Experiment, candidates: Library[Experiment] | None
 ) -> Library[Experiment]:
-    """Effects to be tried, each of which can be added to the experiment and fitted.
-
-    Raises
-    ------
-    InputError
-        If there is none, or one cannot be added.
-    InfeasibleError
-        If a prior has no inverse distribution function.
-    """
+    """Effects to be tried, each of which can be added to the experiment and fitted."""
     if candidates is not None:
         check_kind(
             "candidates",

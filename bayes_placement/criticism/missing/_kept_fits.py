@@ -84,13 +84,7 @@ _KEPT: ContextVar[KeptFits | None] = ContextVar("fits", default=None)
 
 @contextmanager
 def fits_kept_in(folder: str | Path | None) -> Iterator[KeptFits | None]:
-    """Keep the fits of what follows in a folder; None changes nothing.
-
-    Raises
-    ------
-    InputError
-        If it is a file.
-    """
+    """Keep the fits of what follows in a folder; None changes nothing."""
     if folder is None:
         yield _KEPT.get()
         return

@@ -33,11 +33,6 @@ def fitted_as_given(experiment: Experiment, measurement: Measurements) -> AsGive
         The experiment.
     measurement
         What was measured.
-
-    Raises
-    ------
-    InfeasibleError
-        If a prior has no inverse distribution function.
     """
     fit = null_hypothesis(experiment.with_errors(None), experiment.data(measurement))
     if experiment.model_error is not None:

@@ -37,11 +37,6 @@ def fitted_from(
         Where the descents begin.
     seen
         Called with the best values so far, step by step.
-
-    Raises
-    ------
-    InfeasibleError
-        If a prior has no inverse distribution function.
     """
     sizes = {size.name: float(values[size.name]) for size in sizes_of(experiment)}
     problem = Problem(experiment, experiment.data(measurement), sizes=sizes)

@@ -244,13 +244,7 @@ def _share(progress: Progress, number: int, count: int) -> Progress:
 
 
 def _check_states(states: Mapping[str, Any], baseline: Any) -> None:
-    """Refuse states of which there is only one, a label that is none, or a second baseline.
-
-    Raises
-    ------
-    InputError
-        If there are.
-    """
+    """Refuse states of which there is only one, a label that is none, or a second baseline."""
     unnamed = [label for label in states if not (isinstance(label, str) and label.strip())]
     if unnamed:
         raise InputError(

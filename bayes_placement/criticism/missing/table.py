@@ -262,13 +262,7 @@ class TableOfFits(NamedTuple):
 
     @classmethod
     def from_json(cls, content: Mapping[str, Any]) -> "TableOfFits":
-        """Return what `to_json` wrote.
-
-        Raises
-        ------
-        InputError
-            If it is something else.
-        """
+        """Return what `to_json` wrote."""
         try:
             rows = [_row_of_json(row) for row in content["rows"]]
             baseline = content.get("baseline")

@@ -75,11 +75,6 @@ def prior_knowledge(
 
     A transducer that stays mounted keeps its position, of which the measurement has informed
     together with the parameters, and of which the next one informs as well. So does a model error.
-
-    Raises
-    ------
-    InputError
-        If nothing but placement is unknown, or the draws lack a parameter.
     """
     unknowns = experiment.unknowns
     priors = {

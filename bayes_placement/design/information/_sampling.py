@@ -33,11 +33,6 @@ def scores(sampling: str, replicates: int, count: int, dimension: int, seed: int
         Replicates, points of each, and unknowns.
     seed
         Seed.
-
-    Raises
-    ------
-    InputError
-        If there is no such sampling.
     """
     check_sampling(sampling)
     random = np.random.default_rng(seed)
@@ -47,13 +42,7 @@ def scores(sampling: str, replicates: int, count: int, dimension: int, seed: int
 
 
 def check_sampling(sampling: str) -> None:
-    """Refuse a name of no sampling.
-
-    Raises
-    ------
-    InputError
-        If there is no such sampling.
-    """
+    """Refuse a name of no sampling."""
     if sampling not in SAMPLINGS:
         raise InputError(
             f"sampling={sampling!r} was given; {' or '.join(map(repr, SAMPLINGS))} is needed: "
@@ -71,13 +60,7 @@ def _sobol(count: int, dimension: int, random: np.random.Generator) -> np.ndarra
 
 
 def values(distributions: dict[str, Any], normal: Any) -> dict[str, Any]:
-    """Values by name at scores [..., unknown]; the distributions may be traced.
-
-    Raises
-    ------
-    InfeasibleError
-        If a distribution has no inverse distribution function.
-    """
+    """Values by name at scores [..., unknown]; the distributions may be traced."""
     function: Any = Coordinates(distributions).values
     for _ in range(normal.ndim - 1):
         function = jax.vmap(function)
@@ -90,13 +73,7 @@ def dimension(distributions: dict[str, Any]) -> int:
 
 
 def draws_of_replicate(draws: int, replicates: int) -> int:
-    """Draws of each replicate.
-
-    Raises
-    ------
-    InputError
-        If there are too few.
-    """
+    """Draws of each replicate."""
     if replicates < 2 or draws // replicates < 2:
         raise InputError(
             f"draws={draws} in replicates={replicates} were given; at least two replicates of two "

@@ -139,13 +139,7 @@ def placement_distributions(experiment: Experiment, known: Collection[str] = ())
 
 
 def refuse_model_error(experiment: Experiment, known: Collection[str], estimator: str) -> None:
-    """Refuse a model error that is not known, which is no product over transducers, nor small.
-
-    Raises
-    ------
-    InfeasibleError
-        If there is one.
-    """
+    """Refuse a model error that is not known, which is no product over transducers, nor small."""
     errors = [unknown.name for unknown in experiment.unknowns if unknown.role is Role.MODEL_ERROR]
     strange = [name for name in errors if name not in known]
     if strange:
@@ -195,13 +189,7 @@ def jackknife_error(
 
 
 def known_noise(experiment: Experiment, estimator: str) -> Noise:
-    """Output error, if its level is stated.
-
-    Raises
-    ------
-    InfeasibleError
-        If there is none, if it is unknown, or if it is read from a measurement.
-    """
+    """Output error, if its level is stated."""
     noise = experiment.noise
     is_unknown = any(unknown.role is Role.OUTPUT_ERROR for unknown in experiment.unknowns)
     if noise is None or is_unknown or noise.reads_measurement:

@@ -81,13 +81,7 @@ def _with_helpers(chunks: Sequence[Chunk]) -> Generator[Computed, None, None]:
 
 
 def _by_executor(chunks: Sequence[Chunk], executor: Executor) -> Generator[Computed, None, None]:
-    """Results as they arrive; chunks of a lost worker are submitted again.
-
-    Raises
-    ------
-    WorkerError
-        If the executor cannot continue.
-    """
+    """Results as they arrive; chunks of a lost worker are submitted again."""
     missing = dict(enumerate(chunks))
     while missing:
         try:

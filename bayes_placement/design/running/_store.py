@@ -22,11 +22,6 @@ class Store:
     ----------
     folder
         The folder, made if it does not exist; None stores nothing.
-
-    Raises
-    ------
-    InputError
-        If it is a file.
     """
 
     def __init__(self, folder: str | Path | None):

@@ -68,13 +68,7 @@ class Task:
 
     @functools.cached_property
     def packed(self) -> bytes:
-        """The pickled task, once for all its chunks.
-
-        Raises
-        ------
-        InputError
-            If it cannot be pickled.
-        """
+        """The pickled task, once for all its chunks."""
         try:
             return pickle.dumps([getattr(self, attribute.name) for attribute in fields(self)])
         except (pickle.PicklingError, AttributeError, TypeError) as error:

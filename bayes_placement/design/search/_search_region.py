@@ -54,11 +54,6 @@ def search_region(experiment: Experiment, name: str, places: Any) -> SearchRegio
         The transducer.
     places
         One region; or numbers on a line, between the least and the greatest of which it may be.
-
-    Raises
-    ------
-    InputError
-        If it cannot be searched continuously.
     """
     bounds = experiment.structure.modes.bounds()
     region = places if isinstance(places, Tolerance) else _between(experiment, name, places)

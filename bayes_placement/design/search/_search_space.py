@@ -46,14 +46,7 @@ class SearchSpace(NamedTuple):
     cost: Mapping[str, float]
 
     def checked(self) -> "SearchSpace":
-        """Return the search space after a check of its rules and costs.
-
-        Raises
-        ------
-        InputError
-            If a rule does not fit the structure, or a cost is negative or of no transducer to be
-            placed.
-        """
+        """Return the search space after a check of its rules and costs."""
         rules = self.rules.checked(self.experiment)
         for name, cost in self.cost.items():
             if name not in self.places or not cost >= 0:
@@ -76,13 +69,7 @@ class SearchSpace(NamedTuple):
         return [name for name in names if name not in self.places]
 
     def candidates(self) -> list[Candidates]:
-        """Candidates of each transducer.
-
-        Raises
-        ------
-        InputError
-            If there are none, or they do not fit the structure.
-        """
+        """Candidates of each transducer."""
         return candidates(self.experiment, self.places)
 
     def groups(self, moved: Sequence[Candidates]) -> list[Group]:

@@ -190,13 +190,7 @@ def _generation(
 
 
 def _examples(experiment: Experiment, region: SearchRegion) -> Candidates:
-    """Three places of a region.
-
-    Raises
-    ------
-    InfeasibleError
-        If each place would be compiled by itself.
-    """
+    """Three places of a region."""
     shares = np.linspace(0.3, 0.7, 3)[:, None] * np.ones(len(region.sides))
     examples = region.candidates(experiment, shares)
     if np.unique(examples.forms()).size == len(shares):

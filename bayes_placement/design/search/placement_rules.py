@@ -39,14 +39,7 @@ class PlacementRules(NamedTuple):
     least_between: float = 0.0
 
     def checked(self, experiment: Experiment) -> "PlacementRules":
-        """Return the rules, the distance with its default, after a check that they fit.
-
-        Raises
-        ------
-        InputError
-            If a region has no extent, other coordinates or no part on the structure, or the
-            distance is negative.
-        """
+        """Return the rules, the distance with its default, after a check that they fit."""
         coordinates = 3 if in_space(experiment.structure.modes.bounds()) else 1
         for low, high in self.forbidden:
             sizes = {np.size(low), np.size(high)}

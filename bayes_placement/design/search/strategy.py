@@ -83,13 +83,7 @@ class Search(eqx.Module):
 def trials_of_selections(
     space: SearchSpace, groups: Sequence[Group], search: Callable[[Evaluation, Selection], Trials]
 ) -> Trials:
-    """Search with each selection of transducers separately.
-
-    Raises
-    ------
-    InputError
-        If no placement is allowed.
-    """
+    """Search with each selection of transducers separately."""
     selections = space.selections(groups)
     batches = []
     for number, selection in enumerate(selections):

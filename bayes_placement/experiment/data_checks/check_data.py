@@ -148,11 +148,6 @@ def check_data(
     measurement
         One measurement, or one for each force level.
 
-    Raises
-    ------
-    InputError
-        If a channel or a force level of the experiment was not measured.
-
     Examples
     --------
     >>> experiment.check_data(measured).passed

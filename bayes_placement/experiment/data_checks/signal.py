@@ -33,13 +33,7 @@ Scores = Float[np.ndarray, "test"]
 def check_signal(
     experiment: "Experiment", measurement: Measurement | ModalParameters | Sequence[Measurement]
 ) -> None:
-    """Refuse FRFs that noise alone explains, whatever its level.
-
-    Raises
-    ------
-    InputError
-        If no FRF has one.
-    """
+    """Refuse FRFs that noise alone explains, whatever its level."""
     if experiment.observe.is_modal or experiment.noise is None:
         return
     channels = experiment.sensor_channels, experiment.actuator_channels

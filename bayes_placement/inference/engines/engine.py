@@ -51,13 +51,7 @@ class PosteriorDensity(Protocol):
         """
 
     def vector(self, values: Mapping[str, Any]) -> Flat:
-        """Vector of values by name.
-
-        Raises
-        ------
-        InputError
-            If a value is missing, or lies where its prior has no density.
-        """
+        """Vector of values by name."""
 
     def sample_prior(self, key: Key, draws: int) -> Float[Array, "draw unknown"]:
         """Draws from the prior."""

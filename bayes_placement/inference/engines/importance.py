@@ -58,13 +58,7 @@ def weighted(
     likelihood: Float[Array, "draw"],
     log_prior_weight: Float[Array, "draw"],
 ) -> EngineDraws:
-    """Draws or nodes of the prior, whose weights sum to one, weighted by their log likelihood.
-
-    Raises
-    ------
-    InputError
-        If none of them has a finite log likelihood.
-    """
+    """Draws or nodes of the prior, whose weights sum to one, weighted by their log likelihood."""
     log_weight = likelihood + log_prior_weight
     if not np.any(np.isfinite(likelihood)):
         raise InputError(

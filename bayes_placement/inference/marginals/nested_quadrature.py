@@ -79,13 +79,7 @@ class NestedNodes(NamedTuple):
 
 
 def check(experiment: Experiment, method: str) -> None:
-    """Refuse an experiment whose likelihood is no product over transducers.
-
-    Raises
-    ------
-    InfeasibleError
-        If there is no output error, or an effect may couple the instruments.
-    """
+    """Refuse an experiment whose likelihood is no product over transducers."""
     if experiment.noise is None:
         raise InfeasibleError(
             f"{method} integrates a density of the measured outputs, which noise=None lacks. Give "
@@ -114,11 +108,6 @@ def nested_nodes(
         Distributions of what is integrated, by name.
     nodes
         Gauss nodes for each continuous one.
-
-    Raises
-    ------
-    InfeasibleError
-        If the outer tensor would be too large.
     """
     inner_is_sensor = len(experiment.actuator) <= len(experiment.sensor)
     kind, side = (

@@ -60,13 +60,7 @@ class _Foreign(Exception):  # noqa: N818, no error: a variable that is left out
 
 
 def variables(data: bytes) -> list[Variable]:
-    """Check a file, and list its variables.
-
-    Raises
-    ------
-    InputError
-        If an element has other bytes than it announces.
-    """
+    """Check a file, and list its variables."""
     order = {b"IM": "<", b"MI": ">"}.get(data[126:128])
     if order is None or len(data) <= HEADER_BYTES:
         raise InputError("its first 128 bytes are not those of a MATLAB 5 to 7 file")

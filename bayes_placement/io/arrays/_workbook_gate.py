@@ -19,11 +19,6 @@ def check(path: Path) -> None:
     """Refuse a workbook whose members are packed otherwise, too large, or define entities.
 
     Every member is read to its end, where its checksum is compared.
-
-    Raises
-    ------
-    InputError
-        If there is such a member.
     """
     with zipfile.ZipFile(path) as archive:
         members = archive.infolist()

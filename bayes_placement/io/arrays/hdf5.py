@@ -18,13 +18,6 @@ def load(path: Path) -> NamedArrays:
     """Read the datasets of a file, or the variables of a MATLAB file.
 
     Links to other files, virtual datasets and filters that HDF5 does not bring are left out.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    InputError
-        If it is damaged, or announces more than its bytes can hold.
     """
     refused = partial(_refused, existing(path, "an HDF5 file"))
     result = _reader_process.run(_READER, path, "HDF5", refused)

@@ -14,15 +14,7 @@ _REMEDY = "Save it again in MATLAB: save('measured.mat', '-v7')."
 
 
 def load(path: Path) -> NamedArrays:
-    """Read the variables of a file; fields of structures are `structure.field`.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    InputError
-        If it is damaged, or nothing in it can be read.
-    """
+    """Read the variables of a file; fields of structures are `structure.field`."""
     import pymatreader
 
     with reading(path, _FORM, _REMEDY):

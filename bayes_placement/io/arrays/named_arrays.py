@@ -47,13 +47,7 @@ class NamedArrays(NamedTuple):
 
 
 def flattened(path: Path, form: str, content: Mapping[str, Any]) -> NamedArrays:
-    """Make named arrays of nested dictionaries, as readers of MATLAB files return them.
-
-    Raises
-    ------
-    InputError
-        If they are nested too deep.
-    """
+    """Make named arrays of nested dictionaries, as readers of MATLAB files return them."""
     arrays: dict[str, np.ndarray] = {}
     left_out: dict[str, str] = {}
     _add(content, "", arrays, left_out)

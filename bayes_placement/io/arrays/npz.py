@@ -9,15 +9,7 @@ from .named_arrays import NUMBERS, TEXTS, NamedArrays
 
 
 def load(path: Path) -> NamedArrays:
-    """Read the arrays of an archive.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    InputError
-        If it is damaged, or holds pickles.
-    """
+    """Read the arrays of an archive."""
     archive = NpzArchive(path, "measured FRFs")
     read = {name: archive.array(name) for name in archive.names}
     arrays = {name: values for name, values in read.items() if _is_read(values.dtype.kind)}
@@ -26,15 +18,7 @@ def load(path: Path) -> NamedArrays:
 
 
 def load_array(path: Path) -> NamedArrays:
-    """Read the array of a file, which has the name of the file.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    InputError
-        If it is damaged, or holds pickles.
-    """
+    """Read the array of a file, which has the name of the file."""
     form = "a NumPy array"
     with reading(path, form, "Write it again with numpy.save."):
         with existing(path, form).open("rb") as stream:

@@ -48,13 +48,6 @@ def load(path: Path) -> NamedArrays:
     only where semicolons or tabs separate and no number has a point. The heading is the last line
     before the numbers; a unit may stand in it in brackets: `frequency [Hz]`, or all units in a line
     of their own below it. Columns without heading are `column 1` and so on.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    InputError
-        If the rows have different lengths, or a column mixes numbers and texts.
     """
     with reading(path, FORM, REMEDY):
         rows = read_rows(path)
@@ -62,15 +55,7 @@ def load(path: Path) -> NamedArrays:
 
 
 def read_rows(path: Path) -> Rows:
-    """Read the rows of a file.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    InputError
-        If it holds other things than text, or rows of different lengths.
-    """
+    """Read the rows of a file."""
     lines = lines_of(path)
     rows, decimal = _split_rows(lines)
     width = _width(rows)
@@ -82,13 +67,7 @@ def read_rows(path: Path) -> Rows:
 
 
 def numbers_of(lines: list[str]) -> list[list[str]]:
-    """Cells of rows of numbers.
-
-    Raises
-    ------
-    InputError
-        If the rows have different lengths.
-    """
+    """Cells of rows of numbers."""
     rows, decimal = _split_rows(lines)
     cells = _with_points(rows, decimal)
     _check_lengths(cells, _width(rows), 0)
@@ -96,26 +75,12 @@ def numbers_of(lines: list[str]) -> list[list[str]]:
 
 
 def lines_of(path: Path) -> list[str]:
-    """Lines of a file that are not blank.
-
-    Raises
-    ------
-    InputError
-        If it is too large, or no text.
-    """
+    """Lines of a file that are not blank."""
     return [line for line in text_of(path).splitlines() if line.strip()]
 
 
 def read_table(path: Path) -> Rows:
-    """Read a table whose first row, comments apart, names its columns; cells may be empty.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    InputError
-        If it holds other things than text, or rows of different lengths.
-    """
+    """Read a table whose first row, comments apart, names its columns; cells may be empty."""
     rows, decimal = _split_rows(lines_of(path))
     names, *cells = _with_points(rows, decimal)
     _check_lengths(cells, len(names), 1)
@@ -129,11 +94,6 @@ def of_rows(
 
     A column whose name is too long or cannot be printed is named by its number; columns that differ
     in their units alone keep these in their names.
-
-    Raises
-    ------
-    InputError
-        If two columns have one name, or a column mixes numbers and texts.
     """
     plain, units = {}, {}
     columns = zip(*cells, strict=True)
@@ -167,13 +127,7 @@ def is_number(cell: str) -> bool:
 
 
 def text_of(path: Path) -> str:
-    """Text of a file, in UTF-8, UTF-16 or Latin-1.
-
-    Raises
-    ------
-    InputError
-        If it is too large, or no text.
-    """
+    """Text of a file, in UTF-8, UTF-16 or Latin-1."""
     check_limit("bytes of text", existing(path, "a text file").stat().st_size)
     text = decoded(path.read_bytes())
     if "\0" in text:
@@ -205,13 +159,7 @@ def _width(rows: list[list[str]]) -> int:
 
 
 def decimal_point(rows: list[list[str]]) -> str:
-    """Return the decimal point of numbers that commas do not separate.
-
-    Raises
-    ------
-    InputError
-        If commas may part the thousands.
-    """
+    """Return the decimal point of numbers that commas do not separate."""
     width = _width(rows)  # lines above the columns may hold anything
     cells = [cell for row in rows if len(row) == width for cell in row]
     with_comma = [cell for cell in cells if "," in cell and is_number(with_point(cell, ","))]

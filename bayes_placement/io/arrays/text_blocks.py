@@ -25,15 +25,7 @@ class TextBlock(NamedTuple):
 
 
 def load(path: Path) -> NamedArrays:
-    """Read blocks of rows, or else columns by their heading.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    InputError
-        If it is no text with rows of numbers, of one length in each block.
-    """
+    """Read blocks of rows, or else columns by their heading."""
     with reading(path, FORM, text.REMEDY):
         blocks = blocks_of(text.lines_of(path))
         return of_blocks(path, blocks) if blocks else text.load(path)
@@ -58,11 +50,6 @@ def of_blocks(path: Path, blocks: list[TextBlock]) -> NamedArrays:
 
     The column that the head describes as the x axis is `Point 1 x-axis`, in its unit; others are in
     the unit of the y axis.
-
-    Raises
-    ------
-    InputError
-        If the rows of a block have different lengths, or hold other things than numbers.
     """
     arrays: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}

@@ -18,15 +18,7 @@ _REMEDY = "Save it again as .xlsx, with numbers and texts only."
 
 
 def load(path: Path) -> NamedArrays:
-    """Read the columns of all sheets; those of further sheets are `sheet!column`.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    InputError
-        If it is damaged, or a sheet is no table.
-    """
+    """Read the columns of all sheets; those of further sheets are `sheet!column`."""
     with reading(path, FORM, _REMEDY):
         sheets = {title: rows for title, rows in read_sheets(path).items() if len(rows) > 1}
         tables: dict[str, NamedArrays] = {}
@@ -56,13 +48,6 @@ def read_sheets(path: Path) -> dict[str, list[list[str]]]:
     """Rows of each sheet as texts; empty rows, and empty columns at the end, are left out.
 
     A formula is what it was when the workbook was saved.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    InputError
-        If it is damaged.
     """
     import openpyxl
 

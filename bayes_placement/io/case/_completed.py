@@ -32,11 +32,6 @@ def write_completed(
         The experiment of the case.
     effects
         Default candidates and networks that are added to it.
-
-    Raises
-    ------
-    InputError
-        If one is neither.
     """
     content: dict[str, Any] = json.loads((case / CASE).read_text(encoding="utf-8-sig"))
     content[FIELD] = [*(content.get(FIELD) or []), *stated_effects(experiment, effects)]

@@ -25,13 +25,7 @@ NETWORKS = ("attached", "inserted", "strut")
 
 
 def with_effects(experiment: Experiment, case: JsonObject) -> Experiment:
-    """Return the experiment with the effects that a case states, one after the other.
-
-    Raises
-    ------
-    CaseError
-        If one is neither a default candidate nor a network.
-    """
+    """Return the experiment with the effects that a case states, one after the other."""
     for stated in case.objects(FIELD) if case.has(FIELD) else []:
         kind = stated.value("kind", choice(*EFFECTS))
         read = _network if kind in NETWORKS else _candidate
@@ -74,11 +68,6 @@ def stated_effects(experiment: Experiment, effects: Sequence[Effect]) -> list[di
     effects
         Default candidates under any names, and networks at ports anywhere on a piece of the
         structure, in the order in which they are added.
-
-    Raises
-    ------
-    InputError
-        If one is neither.
     """
     stated = []
     for effect in effects:
@@ -106,13 +95,7 @@ def _stated_network(experiment: Experiment, effect: Any) -> dict[str, Any]:
 
 
 def candidate_place(experiment: Experiment, effect: Effect) -> int:
-    """Place of an effect among the default candidates of its kind, whatever its name.
-
-    Raises
-    ------
-    InputError
-        If it is none of them.
-    """
+    """Place of an effect among the default candidates of its kind, whatever its name."""
     content = _content(effect)
     for place, candidate in enumerate(library(experiment, [kind_of(effect)]).effects):
         if _content(candidate) == content:

@@ -74,13 +74,7 @@ class FiniteElementStructure:
         return self.nodes.position.min(axis=0), self.nodes.position.max(axis=0)
 
     def modes(self, highest: float, modulus: Parameter, density: Parameter) -> NodalModes:
-        """Modes for lines up to a highest one [Hz].
-
-        Raises
-        ------
-        CaseError
-            If a file is wrong, or the natural frequencies in it are not those of the matrices.
-        """
+        """Modes for lines up to a highest one [Hz]."""
         matrices = self.matrices
         modes = finite_elements.modes(
             matrices,
@@ -98,13 +92,7 @@ class FiniteElementStructure:
 
     @cached_property
     def matrices(self) -> Matrices:
-        """Stiffness and mass, and the stiffness of each region.
-
-        Raises
-        ------
-        CaseError
-            If a file does not hold such a matrix.
-        """
+        """Stiffness and mass, and the stiffness of each region."""
         try:
             system = matrix_files.read(
                 inside(self.folder, "K.npz"),
@@ -125,13 +113,7 @@ class FiniteElementStructure:
 
     @cached_property
     def corners(self) -> Int[np.ndarray, "element corner"]:
-        """Indices of the nodes of each element.
-
-        Raises
-        ------
-        CaseError
-            If the model has no elements.
-        """
+        """Indices of the nodes of each element."""
         if self.nodes.element is None:
             raise CaseError(
                 f"{self.folder / 'nominal.npz'} has no array `elements`; the nodes of each element "

@@ -12,13 +12,7 @@ MODEL_FILES = ("nominal.npz", "model.json", "K.npz", "M.npz")
 
 
 def inside(folder: Path, name: str) -> Path:
-    """Path of a file in a folder.
-
-    Raises
-    ------
-    CaseError
-        If it is a link that leads out of the folder.
-    """
+    """Path of a file in a folder."""
     path = folder / name
     # Path.resolve would fail where links lead to each other, which is told where they are opened.
     target, home = (Path(os.path.realpath(each)) for each in (path, folder))

@@ -42,13 +42,7 @@ class JsonObject(NamedTuple):
     label: str = ""
 
     def value(self, name: str, rule: FieldRule) -> Any:
-        """Return a required field.
-
-        Raises
-        ------
-        CaseError
-            If it is missing, the rule does not allow its value, or no quantity is as large.
-        """
+        """Return a required field."""
         if name not in self.content:
             raise CaseError(
                 f"{self.file} has no field {self.dotted_path(name)}; {rule.needed} is needed "
@@ -78,25 +72,13 @@ class JsonObject(NamedTuple):
         return f'{path} of "{self.label}"' if self.label else path
 
     def object(self, name: str) -> "JsonObject":
-        """Return the object in a required field.
-
-        Raises
-        ------
-        CaseError
-            If it is missing or no object.
-        """
+        """Return the object in a required field."""
         rule = FieldRule("an object {...}", {}, lambda value: isinstance(value, dict))
         path = f"{self.path}.{name}" if self.path else name
         return JsonObject(self.value(name, rule), self.file, path)
 
     def objects(self, name: str, *, least: int = 0) -> list["JsonObject"]:
-        """Return the objects in a required field that lists them.
-
-        Raises
-        ------
-        CaseError
-            If it is missing, no list of objects, or shorter than `least`.
-        """
+        """Return the objects in a required field that lists them."""
         at_least = f" with at least {least} entry" if least else ""
         rule = FieldRule(
             f"a list [{{...}}] of objects{at_least}", [{}], lambda value: _are_objects(value, least)
@@ -117,15 +99,7 @@ class JsonObject(NamedTuple):
 
 
 def load(file: Path) -> JsonObject:
-    """Read a JSON file that holds an object.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    CaseError
-        If it is not JSON, not an object, or holds a field twice.
-    """
+    """Read a JSON file that holds an object."""
     if not file.is_file():
         raise FileNotFoundError(
             f"There is no file {file}. A case is a folder with case.json and measured.uff; give "
@@ -174,13 +148,7 @@ def _check_depth(text: str) -> None:
 
 
 def check_distinct(name: str, objects: list[JsonObject]) -> None:
-    """Refuse objects that share the value of a field.
-
-    Raises
-    ------
-    CaseError
-        If two objects do.
-    """
+    """Refuse objects that share the value of a field."""
     for index, later in enumerate(objects):
         value = later.content[name]
         for earlier in objects[:index]:

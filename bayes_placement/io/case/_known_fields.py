@@ -90,13 +90,7 @@ KNOWN: dict[str, Any] = {
 
 
 def check_known(fields: JsonObject, known: dict[str, Any] | None = None) -> None:
-    """Refuse a field that is not known: a misspelt one would be ignored.
-
-    Raises
-    ------
-    CaseError
-        If there is one, with the nearest known one.
-    """
+    """Refuse a field that is not known: a misspelt one would be ignored."""
     known = KNOWN if known is None else known
     for name, value in fields.content.items():
         if name not in known:

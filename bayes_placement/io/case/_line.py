@@ -99,13 +99,7 @@ NominalStructure = LineStructure | FiniteElementStructure
 
 
 def nominal_structure(case: JsonObject) -> NominalStructure:
-    """Read the fields `structure` and `nominal_fe_model`.
-
-    Raises
-    ------
-    CaseError
-        If a field is missing or wrong.
-    """
+    """Read the fields `structure` and `nominal_fe_model`."""
     if case.has("nominal_fe_model"):
         return FiniteElementStructure(case)
     fields = case.object("structure")
@@ -135,13 +129,7 @@ def _section(fields: JsonObject, direction: int) -> dict[str, float]:
 
 
 def structure(case: JsonObject, nominal: NominalStructure, highest: float) -> Structure:
-    """Build the structure with its uncertain parameters, for lines up to a highest one [Hz].
-
-    Raises
-    ------
-    CaseError
-        If a field is missing or wrong.
-    """
+    """Build the structure with its uncertain parameters, for lines up to a highest one [Hz]."""
     values = _nominal_values(nominal.fields)
     parameters: dict[str, Parameter] = {**values, **_priors(case, values)}
     modulus, density = parameters["youngs_modulus_Pa"], parameters["density_kg_m3"]

@@ -100,13 +100,7 @@ class MeasurementSettings(NamedTuple):
 def settings(
     case: JsonObject, sensors: list[RecordedTransducer], actuators: list[RecordedTransducer]
 ) -> MeasurementSettings:
-    """Read the fields `measurement` and `frequency`.
-
-    Raises
-    ------
-    CaseError
-        If a field is missing or wrong.
-    """
+    """Read the fields `measurement` and `frequency`."""
     stated, axis = case.object("measurement"), case.object("frequency")
     quantity = stated.value("quantity", choice(*UNITS))
     stated.value("units", choice(UNITS[quantity]))
@@ -131,13 +125,7 @@ def settings(
 
 
 def read_run(file: Path, settings: MeasurementSettings, level: float | None) -> Measurement:
-    """Read the universal file of one state at one force level.
-
-    Raises
-    ------
-    CaseError
-        If it is not a universal file, or contradicts the case.
-    """
+    """Read the universal file of one state at one force level."""
     recorded = _named(_read(file, settings), settings)
     _check_quantity(file, settings, recorded)
     _check_channels(file, settings, settings.sensors, recorded.sensors)

@@ -17,13 +17,7 @@ RATIO, FLOOR = (1e-3, 0.3), (1e-4, 0.3)
 
 
 def stated_noise(measurement: JsonObject) -> Noise | None:
-    """Read the field `noise_level` of a measurement; None without the field.
-
-    Raises
-    ------
-    CaseError
-        If it states nothing, or a level that is no level.
-    """
+    """Read the field `noise_level` of a measurement; None without the field."""
     if not measurement.has("noise_level"):
         return None
     stated = measurement.object("noise_level")

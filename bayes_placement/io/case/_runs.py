@@ -41,15 +41,7 @@ class CaseRuns(NamedTuple):
 
 
 def read_runs(folder: Path, settings: MeasurementSettings) -> CaseRuns:
-    """Read all universal files of a case.
-
-    Raises
-    ------
-    FileNotFoundError
-        If a file is missing.
-    CaseError
-        If a file is not a universal file, contradicts the case, or does not state its noise.
-    """
+    """Read all universal files of a case."""
     levels = settings.force_levels or (None,)
     names = ["measured.uff", *(f"measured_level{n}.uff" for n in range(2, len(levels) + 1))]
     wanted = f"one file for each of {len(levels)} force levels" if len(levels) > 1 else "one file"

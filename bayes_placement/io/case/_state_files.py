@@ -12,13 +12,7 @@ def baseline_files(stated: JsonObject) -> tuple[str, ...]:
 
 
 def state_files(stated: JsonObject) -> dict[str, tuple[str, ...]]:
-    """Return the universal files of each state by its label, in their order, the baseline first.
-
-    Raises
-    ------
-    CaseError
-        If there is only one state, or two have the same label.
-    """
+    """Return the universal files of each state by its label, in their order, the baseline first."""
     if not stated.has("states"):
         return {}
     states = stated.objects("states", least=2)

@@ -43,11 +43,6 @@ def check_complete(
         The arrays.
     table_labels
         Labels of the channel table for `sensors` and `actuators`, as far as there is one.
-
-    Raises
-    ------
-    InputError
-        If something is missing, with the lines that say it.
     """
     if not mapping.frf:
         _check_numbers(source)

@@ -33,13 +33,7 @@ class TomlTable(NamedTuple):
         return f"{self.path}.{name}" if self.path else name
 
     def check_known(self, known: Iterable[str]) -> None:
-        """Refuse a field that is not known: a misspelt one would be ignored.
-
-        Raises
-        ------
-        InputError
-            If there is one, with the nearest known one.
-        """
+        """Refuse a field that is not known: a misspelt one would be ignored."""
         names = list(known)
         for name in self.content:
             if name not in names:
@@ -53,13 +47,7 @@ class TomlTable(NamedTuple):
     def value(
         self, name: str, accepts: Callable[[Any], bool], needed: str, example: str
     ) -> Any | None:
-        """Return a field, None where it is not there.
-
-        Raises
-        ------
-        InputError
-            If its value is of another kind.
-        """
+        """Return a field, None where it is not there."""
         if name not in self.content:
             return None
         if not accepts(self.content[name]):
@@ -67,23 +55,11 @@ class TomlTable(NamedTuple):
         return self.content[name]
 
     def text(self, name: str, example: str) -> str | None:
-        """Return a text, None where it is not there.
-
-        Raises
-        ------
-        InputError
-            If it is none.
-        """
+        """Return a text, None where it is not there."""
         return self.value(name, is_text, "a text", f'{name} = "{example}"')
 
     def number(self, name: str, example: str, least: float = -math.inf) -> float | None:
-        """Return a finite number, None where it is not there.
-
-        Raises
-        ------
-        InputError
-            If it is none, or too small.
-        """
+        """Return a finite number, None where it is not there."""
         above = f" of at least {least:g}" if least > -math.inf else ""
         return self.value(
             name,
@@ -93,13 +69,7 @@ class TomlTable(NamedTuple):
         )
 
     def table(self, name: str) -> "TomlTable | None":
-        """Return a table in a field, None where it is not there.
-
-        Raises
-        ------
-        InputError
-            If it is none.
-        """
+        """Return a table in a field, None where it is not there."""
         content = self.value(
             name, lambda value: isinstance(value, dict), "a table", f"{name} = {{ ... }}"
         )
@@ -107,15 +77,7 @@ class TomlTable(NamedTuple):
 
 
 def load(path: Path) -> TomlTable:
-    """Read a TOML file.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    InputError
-        If it is no TOML, or too large.
-    """
+    """Read a TOML file."""
     size = existing(path, "a mapping (TOML)").stat().st_size
     with reading(path, "TOML", 'Write one field a line, such as frequency = { array = "f" }.'):
         if size > _MOST_BYTES:

@@ -29,13 +29,7 @@ class FrequencyAxis(NamedTuple):
 
 
 def array_of(source: NamedArrays, column: Column, kinds: str = "biuf") -> np.ndarray:
-    """Return an array by its name, or a column by its number.
-
-    Raises
-    ------
-    InputError
-        If there is none, or it holds something else.
-    """
+    """Return an array by its name, or a column by its number."""
     name = name_of(source, column)
     values = source.arrays[name]
     if values.dtype.kind not in kinds:
@@ -52,13 +46,7 @@ def _kind(values: np.ndarray) -> str:
 
 
 def name_of(source: NamedArrays, column: Column) -> str:
-    """Return the name of an array, which may be called by the number of its column.
-
-    Raises
-    ------
-    InputError
-        If there is none.
-    """
+    """Return the name of an array, which may be called by the number of its column."""
     names = list(source.arrays)
     if isinstance(column, int) and column <= len(names):
         return names[column - 1]
@@ -76,13 +64,7 @@ def name_of(source: NamedArrays, column: Column) -> str:
 
 
 def lines_of(source: NamedArrays, rule: FrequencyRule, count: int) -> FrequencyAxis:
-    """Frequencies [Hz] of an array or of an even axis.
-
-    Raises
-    ------
-    InputError
-        If the unit is unknown or contradicts the file, or the array has another length.
-    """
+    """Frequencies [Hz] of an array or of an even axis."""
     stated = source.units.get(name_of(source, rule.array)) if rule.array is not None else None
     unit = plain(_agreed(source, rule.unit, stated, "frequency"))
     if unit not in FREQUENCY:
@@ -119,14 +101,7 @@ def _number(source: NamedArrays, value: float | str | None) -> float:
 
 
 def frf_of(source: NamedArrays, rule: FrfRule) -> np.ndarray:
-    """Complex numbers of a rule, in the unit of the file.
-
-    Raises
-    ------
-    InputError
-        If an array is missing, the file states another kind of number for it than the mapping, or
-        the parts have different sizes.
-    """
+    """Complex numbers of a rule, in the unit of the file."""
     _check_parts(source, rule)
     arrays = {
         part: array_of(source, column, "biufc" if part == "array" else "biuf")
@@ -212,13 +187,7 @@ def stated_units(source: NamedArrays, columns: Iterable[Column]) -> set[str]:
 
 
 def unit_of(source: NamedArrays, rule: FrfRule) -> FrfUnit | VoltageUnit:
-    """Unit of the FRFs of a rule, as the mapping or the file states it.
-
-    Raises
-    ------
-    InputError
-        If it is not known, or both contradict each other.
-    """
+    """Unit of the FRFs of a rule, as the mapping or the file states it."""
     stated = stated_units(source, rule.parts.values())
     if len(stated) > 1:
         raise InputError(
@@ -256,11 +225,6 @@ def arranged(
     """Arrange an array as sensor, actuator, frequency.
 
     Axes of one element may be missing in the array, since MATLAB drops them.
-
-    Raises
-    ------
-    InputError
-        If its sizes are not those of the axes.
     """
     if axes is None:
         axes = _only_axes(source, what, values, sizes)

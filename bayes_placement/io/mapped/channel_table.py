@@ -37,15 +37,7 @@ _DIRECTION = re.compile(r"(?P<sign>[+-]?)(?P<axis>[xyz123])", re.IGNORECASE)
 
 
 def read(path: Path) -> list[ChannelRow]:
-    """Read a channel table from a workbook (its first sheet with a column `name`) or from text.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    InputError
-        If a column is not known, or a cell is none of what belongs there.
-    """
+    """Read a channel table from a workbook (its first sheet with a column `name`) or from text."""
     with reading(existing(path, _FORM), _FORM, _REMEDY), _with_remedy(path):
         heading, cells = _rows(path)
         columns = _columns(heading)
@@ -66,13 +58,7 @@ def _with_remedy(path: Path) -> Iterator[None]:
 
 
 def of_mapping(place: str, channels: dict[str, Any]) -> list[ChannelRow]:
-    """Read the table `channels` of a mapping, with lengths in m, by the names of transducers.
-
-    Raises
-    ------
-    InputError
-        If a field is not known, or its value is none of what belongs there.
-    """
+    """Read the table `channels` of a mapping, with lengths in m, by the names of transducers."""
     rows = []
     for name, fields in channels.items():
         if not isinstance(fields, dict):
@@ -93,13 +79,7 @@ def is_channel_table(path: Path) -> bool:
 
 
 def check_is_none(path: Path) -> None:
-    """Refuse a channel table, complete or not, where measured FRFs are needed.
-
-    Raises
-    ------
-    InputError
-        If its first row names the columns `name` and `role`, which FRFs do not have.
-    """
+    """Refuse a channel table, complete or not, where measured FRFs are needed."""
     if _contents.content_of(path) not in (_contents.TEXT, _contents.WORKBOOK):
         return
     try:

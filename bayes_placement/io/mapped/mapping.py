@@ -140,15 +140,7 @@ class Mapping(NamedTuple):
 
 
 def read(source: Any) -> Mapping:
-    """Read a mapping from a TOML file, or from a dictionary of the same fields.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    InputError
-        If a field is not known, or its value of another kind.
-    """
+    """Read a mapping from a TOML file, or from a dictionary of the same fields."""
     if source is None:
         return Mapping()
     needed = "the path of a TOML file or a dictionary is needed, which says what the file does not"
@@ -159,13 +151,7 @@ def read(source: Any) -> Mapping:
 
 
 def of_table(table: TomlTable, folder: Path) -> Mapping:
-    """Check the fields of a mapping.
-
-    Raises
-    ------
-    InputError
-        If a field is not known, or its value of another kind.
-    """
+    """Check the fields of a mapping."""
     table.check_known(KNOWN)
     unit = table.text("unit", "(m/s^2)/N")
     return Mapping(

@@ -38,13 +38,7 @@ class Assembled(NamedTuple):
 def measurement_of(
     source: NamedArrays, mapping: Mapping, rows: list[ChannelRow]
 ) -> tuple[Measurement, ImportReport]:
-    """Make a measurement of arrays by what a mapping and a channel table say of them.
-
-    Raises
-    ------
-    InputError
-        If something is not stated, with the lines that state it, or contradicts the arrays.
-    """
+    """Make a measurement of arrays by what a mapping and a channel table say of them."""
     labels = {
         f"{role}s": [row.label for row in rows if row.role == role]
         for role in ("sensor", "actuator")
@@ -246,13 +240,7 @@ def _with_direction(channel: Channel, rows: list[ChannelRow], role: str) -> Chan
 
 
 def check_axes(measurement: Measurement, rows: list[ChannelRow]) -> None:
-    """Refuse a channel that was measured along another axis than the channel table says.
-
-    Raises
-    ------
-    InputError
-        If there is one.
-    """
+    """Refuse a channel that was measured along another axis than the channel table says."""
     for channel in (*measurement.sensors, *measurement.actuators):
         known = [row for row in rows if row.name == channel.name]
         if known and not any(_is_of(channel, row) for row in known):

@@ -27,13 +27,7 @@ _COLUMN = re.compile(
 
 
 def stated(source: NamedArrays, unit: str | None) -> Mapping:
-    """Return what a file says of itself, with a unit of the FRFs that it leaves open.
-
-    Raises
-    ------
-    InputError
-        If what it says is no mapping.
-    """
+    """Return what a file says of itself, with a unit of the FRFs that it leaves open."""
     fields = {**_frequency(source), **_of_named_arrays(source)}
     if "frf" not in fields:
         fields |= _of_columns(source)
@@ -50,13 +44,7 @@ def _frequency(source: NamedArrays) -> dict[str, Any]:
 
 
 def completed(mapping: Mapping, source: NamedArrays) -> Mapping:
-    """Complete what a mapping says by what the file says; the mapping has the last word.
-
-    Raises
-    ------
-    InputError
-        If the file states another unit of the FRFs.
-    """
+    """Complete what a mapping says by what the file says; the mapping has the last word."""
     if mapping.frf:  # coherence and channels belong to the FRFs that the file would have stated
         known = _mapping(source, _frequency(source))
         return mapping._replace(frequency=mapping.frequency or known.frequency)

@@ -13,13 +13,7 @@ JITTER = 0.1
 
 
 def rate_of(stated: Iterable[float], rate: float | int | None, *by_times: float) -> float:
-    """Return the one sampling rate [Hz] that is stated, given or read from times.
-
-    Raises
-    ------
-    InputError
-        If none is known, or two of them differ.
-    """
+    """Return the one sampling rate [Hz] that is stated, given or read from times."""
     rates = list(stated)
     if rate is not None:
         rates.append(positive("rate", rate, "rate=4096.0"))
@@ -45,11 +39,6 @@ def check_starts(starts: Mapping[str, float]) -> None:
     ----------
     starts
         Time of the first sample [s] of each channel.
-
-    Raises
-    ------
-    InputError
-        If one did.
     """
     if starts and max(starts.values()) > min(starts.values()):
         late = max(starts, key=lambda name: starts[name])
@@ -61,13 +50,7 @@ def check_starts(starts: Mapping[str, float]) -> None:
 
 
 def rate_of_times(times: np.ndarray) -> float:
-    """Sampling rate [Hz] by the times [s] of the samples.
-
-    Raises
-    ------
-    InputError
-        If they are not evenly spaced to a tenth of their interval.
-    """
+    """Sampling rate [Hz] by the times [s] of the samples."""
     if times.size < 2 or not np.isfinite(times).all() or not times[-1] > times[0]:
         raise InputError(
             f"{times.size} times from {times[0]:g} to {times[-1]:g} s were read; increasing ones "

@@ -50,13 +50,7 @@ class _Layout(NamedTuple):
         return [[cell.strip() for cell in line.split(self.separator)] for line in lines]
 
     def number(self, cell: str) -> float:
-        """Number in a cell, NaN where there is nothing in it.
-
-        Raises
-        ------
-        InputError
-            If it holds something else.
-        """
+        """Number in a cell, NaN where there is nothing in it."""
         pointed = with_point(cell, self.decimal) or "nan"
         if not is_number(pointed):
             raise InputError(f"{cell!r} stands where a number is needed; export it again.")
@@ -68,11 +62,6 @@ def load(path: Path, names: Iterable[str]) -> Sampled:
 
     Segments that continue each other in time are joined. Where they do not, as for hits one by one,
     names are `segment 2/Hammer`.
-
-    Raises
-    ------
-    InputError
-        If it has no segment, a number is none, or these channels begin at other times.
     """
     segments = list(_segments(path))
     if not segments:

@@ -11,16 +11,7 @@ _TIMES = "times of group {}"
 
 
 def load(path: Path, names: Iterable[str]) -> Sampled:
-    """Read channels by their names, with unit and the rate of their time stamps.
-
-    Raises
-    ------
-    MissingExtraError
-        If asammdf is not installed.
-    InputError
-        If it refuses the file, or the time stamps of these channels are not even or begin at other
-        times.
-    """
+    """Read channels by their names, with unit and the rate of their time stamps."""
     result = run_library(path, _SCRIPT, "asammdf", extra="mdf", form="MDF")
     groups = result.metadata["groups"]
     times = {name: result.arrays[_TIMES.format(groups[name])] for name in names if name in groups}

@@ -177,13 +177,7 @@ def is_known(unit: str) -> bool:
 
 
 def joined(recordings: Recording | Sequence[Recording], actuator: str) -> Joined:
-    """Lay out recordings as records of a force and of responses.
-
-    Raises
-    ------
-    InputError
-        If the channels, quantities or rates differ, or the force is no force.
-    """
+    """Lay out recordings as records of a force and of responses."""
     needed = "one recording or several are needed, since each holds repeats"
     instead = "bp.time_records.read(path, channels)"
     check_kind("recordings", recordings, (Recording, Iterable), needed, instead)

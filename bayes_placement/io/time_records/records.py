@@ -63,14 +63,7 @@ def records(
     actuator: str | Channel,
     ranges: Mapping[str, float | int] | None,
 ) -> Records:
-    """Check what was given and lay it out by channel and record.
-
-    Raises
-    ------
-    InputError
-        If shapes do not agree, a sample is not finite, a record is a copy of another, or the rate
-        is not positive.
-    """
+    """Check what was given and lay it out by channel and record."""
     if isinstance(response, Mapping) and sensors is None:
         sensors, response = [*response], [*response.values()]
     if sensors is None:
@@ -96,13 +89,7 @@ def records(
 
 
 def positive(argument: str, value: Any, instead: str) -> float:
-    """Return a finite number above zero.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """Return a finite number above zero."""
     number = finite_number(argument, value, instead)
     if not number > 0:
         raise InputError(

@@ -36,15 +36,7 @@ class Sampled(NamedTuple):
 def run_library(
     path: Path, script: Path, library: str, *, extra: str, form: str
 ) -> _reader_process.ReaderResult:
-    """Read a file by a library of an extra, in a separate process.
-
-    Raises
-    ------
-    MissingExtraError
-        If the library is not installed.
-    InputError
-        If it refuses the file.
-    """
+    """Read a file by a library of an extra, in a separate process."""
     if importlib.util.find_spec(library) is None:
         raise MissingExtraError(
             f"{path} cannot be read, since {library} is not installed, which knows {form} files. "

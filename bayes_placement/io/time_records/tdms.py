@@ -10,15 +10,7 @@ _SCRIPT = Path(__file__).with_name("_tdms_process.py")
 
 
 def load(path: Path, names: Iterable[str]) -> Sampled:
-    """Read channels, whose names are `group/channel`, with unit and sampling rate.
-
-    Raises
-    ------
-    MissingExtraError
-        If npTDMS is not installed.
-    InputError
-        If it refuses the file, or these channels begin at other times.
-    """
+    """Read channels, whose names are `group/channel`, with unit and sampling rate."""
     result = run_library(path, _SCRIPT, "nptdms", extra="tdms", form="TDMS")
     metadata = result.metadata
     check_starts({name: metadata["starts"][name] for name in names if name in metadata["starts"]})

@@ -21,11 +21,6 @@ def load(path: Path, names: Iterable[str]) -> Sampled:
     """Read time histories by node and direction (`12+z`), with unit and sampling rate.
 
     Further records of one node and direction are `12+z (2)` and so on.
-
-    Raises
-    ------
-    MeasurementFileError
-        If the file is malformed or holds no time history, or these channels begin at other times.
     """
     functions = [dataset for dataset in datasets_of(path) if dataset.number == FUNCTION]
     records = _named([one for one in functions if one.fields["func_type"] == TIME_RESPONSE])

@@ -210,13 +210,7 @@ def _check(found: Iterator[FormatFault], number: int, place: str) -> None:
 
 
 def blocks_of(path: Path) -> Iterator[DatasetBytes]:
-    """All datasets by their delimiters.
-
-    Raises
-    ------
-    MeasurementFileError
-        If it is no universal file, or ends inside a dataset.
-    """
+    """All datasets by their delimiters."""
     data: Any = b""
     if path.stat().st_size:
         with path.open("rb") as file:

@@ -11,13 +11,7 @@ _GLOBAL_SYSTEMS = (0, 1)  # writers use either number for the global Cartesian s
 def node_positions(
     datasets: list[Dataset], wanted: Container[int]
 ) -> dict[int, CartesianComponents]:
-    """Coordinates of the wanted nodes as far as the file states them, in its unit.
-
-    Raises
-    ------
-    MeasurementFileError
-        If a wanted node is in a local coordinate system, or has two positions.
-    """
+    """Coordinates of the wanted nodes as far as the file states them, in its unit."""
     positions: dict[int, CartesianComponents] = {}
     for dataset in datasets:
         if dataset.number in NODES:

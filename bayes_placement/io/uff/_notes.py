@@ -10,13 +10,7 @@ from ._datasets import Dataset, MeasurementFileError
 
 
 def note_of(dataset: Dataset, line: str) -> dict[str, Any]:
-    """Return the note that `write` recorded in an ID line as JSON; empty for any other text.
-
-    Raises
-    ------
-    MeasurementFileError
-        If it is no note that `write` makes.
-    """
+    """Return the note that `write` recorded in an ID line as JSON; empty for any other text."""
     text = dataset.fields[line].strip()
     try:
         note = json.loads(text) if text.startswith("{") else {}

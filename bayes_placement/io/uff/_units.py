@@ -63,11 +63,6 @@ def of_nodes(
         Coordinates in the unit of the file.
     length_unit, mass_unit
         What one unit of the file is in m and in kg; None where nobody states it.
-
-    Raises
-    ------
-    InputError
-        If a unit is not positive, or the file states units as well.
     """
     stated = {"length_unit": length_unit, "mass_unit": mass_unit}
     given = {name: value for name, value in stated.items() if value is not None}
@@ -106,13 +101,7 @@ def _factors(dataset: Dataset) -> FileUnits:
 
 
 def quantity_of(dataset: Dataset) -> str:
-    """Name the FRF by its ordinate data types.
-
-    Raises
-    ------
-    MeasurementFileError
-        If it is not motion per force over frequency.
-    """
+    """Name the FRF by its ordinate data types."""
     fields = dataset.fields
     motion, force = fields["ordinate_spec_data_type"], fields["orddenom_spec_data_type"]
     if motion not in QUANTITY or force != FORCE_TYPE:
@@ -158,13 +147,7 @@ def check_abscissa(dataset: Dataset) -> None:
 
 
 def scale(dataset: Dataset, units: FileUnits) -> float:
-    """Factor that turns the values of an FRF into SI.
-
-    Raises
-    ------
-    MeasurementFileError
-        If a unit label is unknown or contradicts another label or dataset 164.
-    """
+    """Factor that turns the values of an FRF into SI."""
     quantity = quantities.quantity_of(quantity_of(dataset))
     rate = quantities.in_ascii(quantity.rate)
     motions = {f"{unit}{rate}": factor for unit, factor in LENGTH.items()}

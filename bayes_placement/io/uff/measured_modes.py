@@ -35,13 +35,6 @@ def load(path: Path, names: Mapping[int, str], poles: str | None = None) -> dict
         Names of sensors by the number of the node.
     poles
         Unit of the poles of complex modes, `rad/s` or `Hz`; None for what the file says.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    MeasurementFileError
-        If it is malformed, or holds no modes.
     """
     datasets = [
         entry for entry in datasets_of(path, DATA_AT_NODES) if entry.number == DATA_AT_NODES

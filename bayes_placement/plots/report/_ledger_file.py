@@ -37,11 +37,6 @@ def completed(stated: Mapping[str, Any], path: Path) -> dict[str, Any]:
         What stands in the file.
     path
         The file, for messages.
-
-    Raises
-    ------
-    InputError
-        If it lacks steps, their misfit, or what they added.
     """
     _check(stated, path)
     steps = [_step(step) for step in stated["steps"]]

@@ -51,13 +51,7 @@ class Saved(NamedTuple):
     effects: tuple[dict[str, Any], ...] = ()
 
     def drawing(self, name: str) -> str | None:
-        """Return a drawing of the folder by the name of its file; None where there is none.
-
-        Raises
-        ------
-        InputError
-            If it holds more than a drawing.
-        """
+        """Return a drawing of the folder by the name of its file; None where there is none."""
         path = self.folder / name
         return checked_svg(path.read_text(encoding="utf-8")) if path.is_file() else None
 
@@ -82,15 +76,7 @@ class Saved(NamedTuple):
 
 
 def saved(folder: str | Path) -> Saved:
-    """Read what a run left in its folder.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such folder.
-    InputError
-        If it holds no results, or damaged ones.
-    """
+    """Read what a run left in its folder."""
     place = Path(folder)
     if not place.is_dir():
         raise FileNotFoundError(

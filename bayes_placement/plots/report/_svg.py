@@ -63,11 +63,6 @@ def checked_svg(text: str) -> str:
 
     Scripts, addresses outside the drawing and elements of other kinds are refused, since the text
     becomes a part of a page. Coordinates stay, since they may be in any unit.
-
-    Raises
-    ------
-    InputError
-        If the text is no such drawing.
     """
     return ElementTree.tostring(_root(text), encoding="unicode")
 
@@ -123,13 +118,7 @@ def _remove_descriptions(root: Element) -> None:
 
 
 def _check(element: Element) -> None:
-    """Refuse what a drawing does not need.
-
-    Raises
-    ------
-    InputError
-        If there is such a thing.
-    """
+    """Refuse what a drawing does not need."""
     forbidden = [_tag(element)] if _tag(element) not in _TAGS else list(_forbidden(element))
     if forbidden:
         raise InputError(

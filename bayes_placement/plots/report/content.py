@@ -106,13 +106,7 @@ class Drawing(NamedTuple):
 
     @classmethod
     def from_json(cls, stated: Mapping[str, Any]) -> "Drawing":
-        """Read the drawing and its numbers.
-
-        Raises
-        ------
-        InputError
-            If the drawing has a script or an address in it, or is none.
-        """
+        """Read the drawing and its numbers."""
         data = stated["data"]
         table = None if data is None else Table.from_json(data)
         return cls(checked_svg(str(stated["svg"])), table, bool(stated["follows_theme"]))
@@ -246,13 +240,7 @@ class Item:
 
     @classmethod
     def from_json(cls, stated: Mapping[str, Any]) -> "Item":
-        """Read it from a file.
-
-        Raises
-        ------
-        InputError
-            If its kind is not known.
-        """
+        """Read it from a file."""
         kind = stated["kind"]
         if kind not in KINDS:
             raise InputError(
