@@ -6,6 +6,8 @@ import tarfile
 import tempfile
 from pathlib import Path
 
+from .._types import InputError
+
 PACKAGE = "uplot@1.6.32"
 SHA512 = (
     "2883159c6ebccefbb95d751b0b82d010f9e1c0ec41b8bc96d401eda66e882935"
@@ -30,7 +32,10 @@ def fetch(folder: Path = FOLDER) -> None:
         (archive,) = Path(temporary).glob("*.tgz")
         found = hashlib.sha512(archive.read_bytes()).hexdigest()
         if found != SHA512:
-            raise ValueError(f"{PACKAGE} has the hash {found}; {SHA512} is needed.")
+            raise InputError(
+                f"{PACKAGE} has the hash {found}; {SHA512} is needed, since the page may not change "
+                "unseen: look at the new version, and write its hash here."
+            )
         with tarfile.open(archive) as content:
             for inside, name in FILES.items():
                 member = content.extractfile(inside)
