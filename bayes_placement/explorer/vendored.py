@@ -33,8 +33,8 @@ def fetch(folder: Path = FOLDER) -> None:
         found = hashlib.sha512(archive.read_bytes()).hexdigest()
         if found != SHA512:
             raise InputError(
-                f"{PACKAGE} has the hash {found}; {SHA512} is needed, since the page may not change "
-                "unseen: look at the new version, and write its hash here."
+                f"{PACKAGE} has the hash {found}; {SHA512} is needed, since the page may not "
+                "change unseen: look at the new version, and write its hash here."
             )
         with tarfile.open(archive) as content:
             for inside, name in FILES.items():
