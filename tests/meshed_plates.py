@@ -12,11 +12,11 @@ CELLS = (16, 12)
 """Elements along the sides of a plate; each region of 4 by 3 has as many."""
 
 
-def plate_modes(plate: Plate, **material):
+def plate_modes(plate: Plate, cells: tuple[int, int] = CELLS, **material):
     """Modes of a mesh of Bogner-Fox-Schmit rectangles, as many for any plate."""
     sides = [
         np.linspace(0.0, size, count + 1)
-        for size, count in zip((plate.length, plate.width), CELLS, strict=True)
+        for size, count in zip((plate.length, plate.width), cells, strict=True)
     ]
     mesh = skfem.MeshQuad.init_tensor(*sides)
     basis = skfem.Basis(mesh, skfem.ElementQuadBFS())
