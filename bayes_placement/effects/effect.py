@@ -72,6 +72,8 @@ class Effect(eqx.Module):
         Whether a library in which no kinds are named has it; by its name it is in any.
     tried_last
         Whether it is tried only where no other effect explains the data, as it takes long.
+    in_every_structure
+        Whether all structures on which it can be tried have it, be it too little to show.
     may_repeat
         Whether several of the kind can be missing, at other places or about other sensors.
     may_be_new
@@ -93,6 +95,7 @@ class Effect(eqx.Module):
     changes_modes: ClassVar[bool] = True
     tried_by_default: ClassVar[bool] = True
     tried_last: ClassVar[bool] = False
+    in_every_structure: ClassVar[bool] = False
     may_repeat: ClassVar[bool] = True
     may_be_new: ClassVar[bool] = True
     if_negative: ClassVar[str] = ""

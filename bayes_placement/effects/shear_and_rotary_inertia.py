@@ -34,6 +34,8 @@ class ShearAndRotaryInertia(GlobalChange):
     """
 
     absent = ("share", 0.0)
+    in_every_structure = True
+    may_be_new = False
     modulus_ratio: Parameter = eqx.field(metadata=unit("1", within=POSITIVE), default=3.12)
     share: Parameter = eqx.field(metadata=unit("1"), default=1.0)
     name: str = eqx.field(static=True, default="shear_and_rotary_inertia", kw_only=True)

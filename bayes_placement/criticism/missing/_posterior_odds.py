@@ -63,7 +63,7 @@ class Comparison(NamedTuple):
         return log_odds(self._row(hypothesis), AS_STATED)
 
     def log_prior(self, hypothesis: Hypothesis) -> float:
-        """Log prior probability, halved by each further effect; all kinds are equally probable."""
+        """Log prior probability, halved by each further effect; most kinds are equally probable."""
         count = len(hypothesis.effects)
         return log_prior_of_count(count, AS_STATED) + self._log_prior_of_kinds(hypothesis)
 
@@ -71,9 +71,10 @@ class Comparison(NamedTuple):
         """Log prior probability among all hypotheses of as many effects.
 
         All collections of as many kinds are equally probable, those with a kind more than once
-        among them.
+        among them. What every structure has, if only a little of it, shares with no other kind.
         """
-        kinds = len(hypothesis.effects) * np.log(max(1, len(self.variants)))
+        special = [effect for effect in hypothesis.effects if not effect.in_every_structure]
+        kinds = len(special) * np.log(max(1, len(self.variants)))
         variants = sum(np.log(max(1, self.variants.get(kind, 1))) for kind in hypothesis.kinds)
         networks = sum(self.networks.get(kind, 0.0) for kind in hypothesis.kinds)
         return float(networks - kinds - variants)

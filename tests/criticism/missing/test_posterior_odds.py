@@ -27,6 +27,7 @@ EFFECTS = {
     "point_mass": effects.point_mass(0.3, 0.1),
     "gain_error": effects.gain_error("s1", 0.1),
     "local_stiffness_loss": effects.local_stiffness_loss(0.3, 0.1, 0.1),
+    "shear_and_rotary_inertia": effects.shear_and_rotary_inertia(),
 }
 
 
@@ -75,6 +76,17 @@ def test_each_effect_halves_the_prior_and_shares_it_among_kinds_and_variants():
     assert pool.log_prior(nothing) == pytest.approx(np.log(1 / 2))
     assert pool.log_prior(mass) == pytest.approx(np.log(1 / 4 / 2))
     assert pool.log_prior(gain) == pytest.approx(np.log(1 / 4 / 2 / 3))
+
+
+def test_what_every_structure_has_shares_its_prior_with_no_other_kind():
+    shear, both = (
+        hypothesis(kinds, 0.0)
+        for kinds in (["shear_and_rotary_inertia"], ["shear_and_rotary_inertia", "point_mass"])
+    )
+    kinds = dict.fromkeys(EFFECTS, 1)
+    pool = comparison(shear, both, **kinds)
+    assert pool.log_prior(shear) == pytest.approx(np.log(1 / 4))
+    assert pool.log_prior(both) == pytest.approx(np.log(1 / 8 / len(kinds)))
 
 
 def test_probabilities_are_odds_that_sum_to_one():
