@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from .._types import InfeasibleError
-from ..criticism.missing._kept_fits import fits_kept_in
+from ..criticism.kept_fits import fits_kept_in
 from ..criticism.missing.as_given import fitted_as_given
 from ..inference.cross_check import Method
 from ..inference.engines import MAP

@@ -14,7 +14,7 @@ import jax
 
 from .._processes import tidy_seldom
 from .._types import PackageError
-from ..criticism.missing._kept_fits import fits_kept_in
+from ..criticism.kept_fits import fits_kept_in
 from ..criticism.missing.as_given import fitted_as_given
 from ..criticism.missing.from_values import fitted_from
 from ..criticism.missing.improve import improve

@@ -20,9 +20,9 @@ from ...experiment.resized import as_measured
 from ...inference.engines.empirical_bayes import SOFTENING, Rival
 from ...inference.residuals import Problem
 from ...inference.residuals_of_state import State
+from ..kept_fits import NO_RIVAL, kept_with_sizes
 from ._fitted_candidates import extended
 from ._hypotheses import Hypothesis, finite, null_hypothesis, rival_among, with_errors
-from ._kept_fits import NO_RIVAL, kept_with_sizes
 from ._networks import LawsBeside, laws_beside_best, with_networks, with_other_laws
 from ._posterior_odds import Comparison, passes, wants_more_effects
 from ._repeated import may_be_added, named_alike

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from threadpoolctl import threadpool_limits
 
 from ..._processes import nothing, shared
-from ._kept_fits import count_taken, fits_kept_in, folder_of_fits
+from ..kept_fits import count_taken, fits_kept_in, folder_of_fits
 
 Outcome = TypeVar("Outcome")
 

@@ -18,7 +18,7 @@ from ...inference.engines.empirical_bayes import SOFTENING, Rival
 from ...inference.engines.least_squares import Jacobian
 from ...inference.engines.levenberg_marquardt import Fit
 from ...inference.residuals import Problem, point_in_problem
-from ._kept_fits import NO_RIVAL, kept_with_sizes
+from ..kept_fits import NO_RIVAL, kept_with_sizes
 from ._outliers import Mixture, mixture
 from ._scan import fit_alone
 from ._screening_lines import at_screening_lines

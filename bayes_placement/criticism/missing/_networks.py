@@ -21,6 +21,7 @@ from ...inference.residuals import Problem, fields_of
 from ...laws import Spring
 from ...laws.law import Tree
 from ...laws.rows import coordinates_of_numbers
+from ..kept_fits import kept_with_sizes
 from ..reach._free_law import tells_phase
 from ..reach._named_laws import NamedLaw, laws_at_place, log_prior, reached_ports, simplest
 from ..reach._ports import NAME, Port, can_be_reached, place_columns, ports_of, trees_at
@@ -28,7 +29,6 @@ from ..reach.reach import Reach, reach_of
 from ._candidates import numbered
 from ._fitted_candidates import extended, without
 from ._hypotheses import Hypothesis, finite, takes_long
-from ._kept_fits import kept_with_sizes
 from ._posterior_odds import STRONG, Comparison, explains, passes
 from ._scanned_candidates import Pair, Tick
 

@@ -9,7 +9,7 @@ from scipy.stats import norm
 
 from ...inference.engines.levenberg_marquardt import Fit, best_fit, minimise, sobol_starts
 from ...inference.residuals import Problem
-from ._kept_fits import ANY_FIT, stored_or_computed
+from ..kept_fits import ANY_FIT, stored_or_computed
 from ._screening_lines import at_lines_of_descents, at_screening_lines, sample
 
 MOST, LEAST = 1600, 400

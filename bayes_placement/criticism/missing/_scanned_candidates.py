@@ -13,10 +13,10 @@ from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...inference.engines.empirical_bayes import SOFTENING, Rival
 from ...inference.residuals import Problem, fields_of
+from ..kept_fits import NO_RIVAL, is_stored, kept_with_sizes, stored_or_computed
 from ._candidates import numbered
 from ._compiled_ahead import compiled_ahead
 from ._hypotheses import Hypothesis, logarithmic_jacobian, softening
-from ._kept_fits import NO_RIVAL, is_stored, kept_with_sizes, stored_or_computed
 from ._scan import ANY_SCAN, FOLLOWED, LEAST, MOST, Scan, best_places, fit_grown, scan
 from ._screening_lines import at_screening_lines
 

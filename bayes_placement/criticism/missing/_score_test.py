@@ -19,9 +19,9 @@ from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...inference.engines.least_squares import Jacobian
 from ...inference.residuals import Problem, fields_of
+from ..kept_fits import stored_or_computed
 from ..locations import locations
 from ._hypotheses import Hypothesis
-from ._kept_fits import stored_or_computed
 from ._scan import other_places
 from ._scanned_candidates import ScannedCandidate, weakest
 

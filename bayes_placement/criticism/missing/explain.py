@@ -12,11 +12,11 @@ from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal
 from ...inference.chi2 import LEVEL
 from ...inference.record import record
+from ..kept_fits import fits_kept_in
 from ._alternatives import alternatives
 from ._answers import Question, answered, ticks
 from ._candidates import candidates_of, check_experiment
 from ._claims import claims
-from ._kept_fits import fits_kept_in
 from ._score_test import suspicion
 from ._standing import standing
 from ._weighed import NONE

@@ -25,6 +25,7 @@ from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal
 from ...inference.chi2 import LEVEL
 from ...inference.record import record
+from ..kept_fits import fits_kept_in
 from ._alternatives import alternatives
 from ._answers import Question, answered, ticks
 from ._candidates import candidates_of, check_experiment
@@ -32,7 +33,6 @@ from ._cautions import cautions
 from ._changes import FoundEffect, found_effects
 from ._claims import claims
 from ._hypotheses import Hypothesis
-from ._kept_fits import fits_kept_in
 from ._posterior_odds import Comparison
 from ._score_test import suspicion
 from ._standing import standing

@@ -13,7 +13,8 @@ import numpy as np
 import pandas as pd
 from jaxtyping import Float
 
-from ._at_port import omega_of
+from ..kept_fits import NONE
+from ._at_port import kept, omega_of
 from ._channels import CHANNELS
 from ._free_law import Free, over
 from ._named_laws import NamedLaw
@@ -34,16 +35,10 @@ def as_measured(law: NamedLaw, free: Free) -> pd.DataFrame:
     free
         The problem with the port, or the factor; nothing is held.
     """
-    point = law.point[None]
-    at = free.at(point)
-    strength = at.best()
-    soft = 1 - at.receptance * strength
-    along = at.slope * (soft**2)[:, None]  # residuals along Z, not along t
-    information = np.sum(np.abs(along) ** 2, axis=1)
-    slopes = free.slopes(point, strength, soft)  # with this Z held
-    pulls = np.einsum("pcf,pucf->puf", np.conj(along), slopes)
-    variance = _covariance(-over(pulls, information[:, None])[0], information[0], law)
-    asked = over(strength, soft)[0] + (law.port.acts_on in CHANNELS)  # the factor is 1 + t
+    covariance = law.fit.gaussian.covariance
+    asked, variance = kept(
+        lambda: _asked(law, free), (NONE, NONE), free, law.port, law.point, covariance
+    )
     return pd.DataFrame(
         {
             "frequency": omega_of(free) / (2 * np.pi),
@@ -55,6 +50,20 @@ def as_measured(law: NamedLaw, free: Free) -> pd.DataFrame:
             "unit": law.port.unit,
         }
     )
+
+
+def _asked(law: NamedLaw, free: Free) -> tuple[Any, Any]:
+    """What each line asks for, and its covariance."""
+    point = law.point[None]
+    at = free.at(point)
+    strength = at.best()
+    soft = 1 - at.receptance * strength
+    along = at.slope * (soft**2)[:, None]  # residuals along Z, not along t
+    information = np.sum(np.abs(along) ** 2, axis=1)
+    slopes = free.slopes(point, strength, soft)  # with this Z held
+    pulls = np.einsum("pcf,pucf->puf", np.conj(along), slopes)
+    variance = _covariance(-over(pulls, information[:, None])[0], information[0], law)
+    return over(strength, soft)[0] + (law.port.acts_on in CHANNELS), variance  # the factor is 1 + t
 
 
 def _covariance(

@@ -1,5 +1,6 @@
 """One kind of port on one piece: what any law there could do, and what a law of few numbers."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -9,6 +10,7 @@ from ...experiment.resized import evenly_spread
 from ...inference.engines.levenberg_marquardt import minimise
 from ...inference.residuals import Problem, point_in_problem
 from ...laws.rows import NUMBERS
+from ..kept_fits import NONE, Tree, stored_or_computed
 from ._asked import NETWORK, PLACE, Asked, LawsAsked, Rows
 from ._channels import ChannelPort, free_factor
 from ._filters import FILTERS
@@ -114,7 +116,9 @@ def reach_of_channel(base: Problem, point: Point, port: ChannelPort) -> ReachOfP
 def _reach_at(port: AnyPort, free: Free, start: Point, places: Any, which: Any) -> ReachOfPort:
     starts = _starts(start, free, places)
     if tells_phase(free.problem):
-        points, squares = _with_free_law(starts, free, len(places))
+        points, squares = kept(
+            lambda: _with_free_law(starts, free, len(places)), (NONE, NONE), free, port, starts
+        )
     else:
         points, squares = starts, np.full(len(places), np.nan)
     found = fitted_laws(port, free, rows_of(port, free), points, which, -FOLLOWED, MOST_LINES)
@@ -154,6 +158,11 @@ def _with_free_law(starts: Any, free: Free, places: int) -> tuple[Points, Any]:
     return ends[chosen], normal.squares[chosen]
 
 
+def kept(compute: Callable[[], Tree], like: Tree, free: Free, port: AnyPort, *inputs: Any) -> Tree:
+    """What a file holds of a port, or is computed; see `stored_or_computed`."""
+    return stored_or_computed(compute, like, free.problem, port, *inputs)
+
+
 def fitted_laws(
     port: AnyPort, free: Free, rows: Rows, points: Points, which: Any, starts: int, most: int
 ) -> tuple[Any, Any, Any]:
@@ -174,14 +183,18 @@ def fitted_laws(
     most
         Most lines.
     """
-    if not tells_phase(free.problem):
-        in_full = LawsInFull(free, rows, omega_of(free), port.is_cut)
-        return laws_of_amplitudes(in_full, which, points, starts)
-    objective = asked_of_laws(free, points, rows, port, most)
-    found, cost, evidence = laws_at_places(objective, which, len(points), starts)
-    of_problem = points[found[..., PLACE].astype(int)]
-    ends = [of_problem, found[..., :NUMBERS], found[..., NETWORK, None]]
-    return np.concatenate(ends, axis=2), cost, evidence
+
+    def found() -> tuple[Any, Any, Any]:
+        if not tells_phase(free.problem):
+            in_full = LawsInFull(free, rows, omega_of(free), port.is_cut)
+            return laws_of_amplitudes(in_full, which, points, starts)
+        objective = asked_of_laws(free, points, rows, port, most)
+        laws, cost, evidence = laws_at_places(objective, which, len(points), starts)
+        of_problem = points[laws[..., PLACE].astype(int)]
+        ends = [of_problem, laws[..., :NUMBERS], laws[..., NETWORK, None]]
+        return np.concatenate(ends, axis=2), cost, evidence
+
+    return kept(found, (NONE, NONE, NONE), free, port, points, which, starts, most)
 
 
 def asked_of_laws(free: Free, points: Points, rows: Rows, port: AnyPort, most: int) -> LawsAsked:

@@ -6,6 +6,7 @@ squares at each line, and all else is fitted with it left out (variable projecti
 Pereyra, SIAM J. Numer. Anal. 10 (1973) 413, doi:10.1137/0710036).
 """
 
+import functools
 from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
@@ -14,6 +15,7 @@ from jaxtyping import Complex, Float, Inexact
 
 from ...inference.engines.least_squares import STEP, NormalEquations
 from ...inference.residuals import Problem
+from ..kept_fits import stored_or_computed
 
 Points = Float[np.ndarray, "point unknown"]
 """Coordinates of a problem."""
@@ -102,24 +104,25 @@ class FreeLaw:
     def __init__(self, problem: Problem, held: Sequence[int] = ()):
         self.problem, self.held = problem, list(held)
         self._lines = problem.data.z.shape[-1]
-        point = np.zeros((1, problem.dimension))
-        if tells_phase(problem):
-            self._soft = self._calibrated(point)
-        else:
-            # Ends of a strut at the same place would feel nothing.
-            point[:, self.held] = np.linspace(-0.5, 0.5, len(self.held))
-            self._soft = SOFT * self._half_way(point)
+
+    @functools.cached_property
+    def _soft(self) -> float:
+        """A law so soft that h Z is about `SOFT`."""
+        return stored_or_computed(self._calibrated, 0.0, self.problem, tuple(self.held))
 
     def at(self, points: Points) -> AtPort:
         """What a law does, read from none, a soft one and a pole, which holds the port."""
-        laws = [(0.0, 1.0), (self._soft, 1.0), (1.0, 0.0)]
+        return self._read_with(points, self._soft)
+
+    def _read_with(self, points: Points, soft: float) -> AtPort:
+        laws = [(0.0, 1.0), (soft, 1.0), (1.0, 0.0)]
         shape = (len(points), len(laws), 2, self._lines)
         filled = np.broadcast_to(np.array(laws, complex)[..., None], shape)
         residual = complex_residuals(self.problem.with_laws(points, filled), self.problem)
         free = residual[:, 0]
         # a z / (1 + h z), and a / h of the pole.
         by_soft, by_pole = residual[:, 1] - free, residual[:, 2] - free
-        slope = over(by_soft * by_pole, (by_pole - by_soft) * self._soft)
+        slope = over(by_soft * by_pole, (by_pole - by_soft) * soft)
         moved = np.sum(np.abs(by_pole) ** 2, axis=1)
         receptance = over(np.sum(np.conj(by_pole) * slope, axis=1), moved)
         return AtPort(free, slope, receptance)
@@ -154,13 +157,16 @@ class FreeLaw:
         """Return the same with nothing held."""
         return FreeLaw(self.problem)
 
-    def _calibrated(self, point: Points) -> float:
-        """A law so soft that h Z is about `SOFT`."""
-        self._soft = 1.0
+    def _calibrated(self) -> float:
+        point, soft = np.zeros((1, self.problem.dimension)), 1.0
+        if not tells_phase(self.problem):
+            # Ends of a strut at the same place would feel nothing.
+            point[:, self.held] = np.linspace(-0.5, 0.5, len(self.held))
+            return SOFT * self._half_way(point)
         for _ in range(3):  # rounding is great where the first is far too soft or too hard
-            size = float(np.median(np.abs(self.at(point).receptance)))
-            self._soft = SOFT / size if size > 0 else self._soft
-        return self._soft
+            size = float(np.median(np.abs(self._read_with(point, soft).receptance)))
+            soft = SOFT / size if size > 0 else soft
+        return soft
 
     def _half_way(self, point: Points) -> float:
         """Size of the law that moves amplitudes half as far as a pole does."""

@@ -10,16 +10,19 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from ...inference.engines.least_squares import NormalEquations
 from ...inference.engines.levenberg_marquardt import Fit, best_fit, minimise
 from ...inference.residuals import Problem
 from ...laws.catalogue import leaves
 from ...laws.law import Law, Tree
+from ..kept_fits import NONE
 from ._asked import Rows
 from ._at_port import (
     Places,
     Point,
     ReachOfPort,
     fitted_laws,
+    kept,
     omega_of,
     reach_of_channel,
     reach_of_port,
@@ -283,7 +286,13 @@ def _is_part(tree: Tree, whole: Tree) -> bool:
 def _in_full(reach: ReachOfPort, rows: Rows, starts: Any, pieces: int) -> list[NamedLaw]:
     free = reach.free.released()
     objective = LawsInFull(free, rows, omega_of(free), reach.port.is_cut)
-    ends, normal = minimise(objective, starts, steps=25, largest=objective.largest)
+    ends, normal = kept(
+        lambda: minimise(objective, starts, steps=25, largest=objective.largest),
+        (NONE, NormalEquations(NONE, NONE, NONE, NONE)),
+        free,
+        reach.port,
+        starts,
+    )
     named = []
     for row in range(len(ends)):
         here = type(normal)(*(values[row : row + 1] for values in normal))

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from bayes_placement.criticism.kept_fits import fits_kept_in
 from bayes_placement.criticism.missing import _shared_fits
-from bayes_placement.criticism.missing._kept_fits import fits_kept_in
 from bayes_placement.criticism.missing.as_given import fitted_as_given
 from bayes_placement.criticism.missing.improve import improve
 from bayes_placement.effects import library

@@ -4,8 +4,8 @@ import threading
 
 import pytest
 
+from bayes_placement.criticism.kept_fits import fits_kept_in, folder_of_fits
 from bayes_placement.criticism.missing._compiled_ahead import AHEAD, compiled_ahead
-from bayes_placement.criticism.missing._kept_fits import fits_kept_in, folder_of_fits
 from bayes_placement.inference.residuals import Problem
 
 SECONDS = 20.0

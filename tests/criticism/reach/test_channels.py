@@ -8,20 +8,25 @@ from unittest.mock import Mock
 
 import jax.numpy as jnp
 import numpy as np
+import pandas as pd
 import pytest
 
 import bayes_placement as bp
 from bayes_placement.cli._reach import write_reach
 from bayes_placement.cli._run import Run
+from bayes_placement.criticism.kept_fits import fits_kept_in
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.criticism.missing._networks import LawsBeside, with_networks
 from bayes_placement.criticism.missing._posterior_odds import Comparison
 from bayes_placement.criticism.missing.ledger import Ledger
+from bayes_placement.criticism.reach import _as_measured, _at_port, _named_laws
+from bayes_placement.criticism.reach._as_measured import as_measured
 from bayes_placement.criticism.reach._asked import OF_ROW, Asked, LawsAsked
 from bayes_placement.criticism.reach._channels import channels_of, free_factor
 from bayes_placement.criticism.reach._filters import FILTERS, PARTS, ChannelFilter, FilterRows
 from bayes_placement.criticism.reach._free_law import AnyLaw
 from bayes_placement.criticism.reach._laws_in_full import LawsInFull
+from bayes_placement.criticism.reach._named_laws import reached_channels
 from bayes_placement.inference.residuals import Problem
 from bayes_placement.laws.rows import NUMBERS
 from tests.criticism.reach.cantilever import DRIVEN, FURTHER, LINES, experiment, measured
@@ -117,6 +122,21 @@ def test_any_factor_in_all_channels_and_a_low_pass_do_the_same():
     (row,) = reached("all").curves.query("acts_on == 'all_channels'").to_dict("records")
     assert row["any_law"] == pytest.approx(1.0, abs=0.01)
     assert 0.98 < row["few_numbers"] <= row["any_law"] + 0.02
+
+
+def test_what_a_folder_keeps_is_not_fitted_again(tmp_path, monkeypatch):
+    base, point = problem(), np.zeros(problem().dimension)
+    with fits_kept_in(tmp_path):
+        _, laws = reached_channels(base, point)
+        table = as_measured(laws[0], free_factor(laws[0].port, base))
+        for module, function in ((_at_port, "minimise"), (_named_laws, "minimise")):
+            monkeypatch.setattr(module, function, None)
+        monkeypatch.setattr(_as_measured, "over", None)
+        _, again = reached_channels(base, point)
+        pd.testing.assert_frame_equal(
+            as_measured(again[0], free_factor(again[0].port, base)), table
+        )
+    assert [law.log_odds for law in again] == [law.log_odds for law in laws]
 
 
 def test_each_channel_and_all_of_them_are_tried():

@@ -15,14 +15,14 @@ from typing import Any, NamedTuple, TypeVar
 import jax
 import numpy as np
 
-from ..._types import WritingError, warn
-from ...experiment.array_store import ArrayStore
-from ...experiment.content_hash import content_hash
-from ...inference.engines.empirical_bayes import Rival, Sized, fitted_with_sizes
-from ...inference.engines.laplace import Laplace
-from ...inference.engines.least_squares import ParameterPoints
-from ...inference.engines.levenberg_marquardt import Fit
-from ...inference.residuals import Problem
+from .._types import WritingError, warn
+from ..experiment.array_store import ArrayStore
+from ..experiment.content_hash import content_hash
+from ..inference.engines.empirical_bayes import Rival, Sized, fitted_with_sizes
+from ..inference.engines.laplace import Laplace
+from ..inference.engines.least_squares import ParameterPoints
+from ..inference.engines.levenberg_marquardt import Fit
+from ..inference.residuals import Problem
 
 VERSION = version("bayes_placement")
 """Part of the name of each file, since fits of another version may differ."""
@@ -32,8 +32,10 @@ MOST_BYTES = 1 << 20
 
 NO_RIVAL = Rival()
 
-_NONE = np.zeros(0)
-ANY_FIT = Fit(_NONE, 0.0, 0.0, Laplace(_NONE, np.zeros((0, 0)), False), 0.0, 0)
+NONE = np.zeros(0)
+"""An array that there is, whatever it holds."""
+
+ANY_FIT = Fit(NONE, 0.0, 0.0, Laplace(NONE, np.zeros((0, 0)), False), 0.0, 0)
 """A fit whose structure alone matters."""
 
 Tree = TypeVar("Tree")

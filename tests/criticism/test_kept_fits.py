@@ -5,7 +5,8 @@ import pytest
 
 from bayes_placement import effects
 from bayes_placement._types import WritingError
-from bayes_placement.criticism.missing import _kept_fits, _scan, _score_test, _shared_fits
+from bayes_placement.criticism import kept_fits
+from bayes_placement.criticism.missing import _scan, _score_test, _shared_fits
 from bayes_placement.criticism.missing.explain import explain
 from bayes_placement.criticism.missing.improve import improve
 from bayes_placement.experiment.model_error import Modal
@@ -65,14 +66,14 @@ def test_a_second_search_fits_and_scans_nothing_and_says_the_same(asked, full_st
     monkeypatch.setattr(_scan, "minimise", once_more)
     monkeypatch.setattr(_scan, "_scanned", once_more)
     monkeypatch.setattr(_score_test, "_signatures", once_more)
-    monkeypatch.setattr(_kept_fits.Problem, "prepare", once_more)
+    monkeypatch.setattr(kept_fits.Problem, "prepare", once_more)
     assert same(asked(store=folder), ledger)
     ranking = asked(explain, store=folder)
     assert ranking.probabilities == ledger.probabilities
 
 
 def test_other_data_are_fitted_anew(asked, store):
-    with _kept_fits.fits_kept_in(store) as fits:
+    with kept_fits.fits_kept_in(store) as fits:
         asked(explain, seed=2)
         assert fits.taken == 0
 
@@ -90,7 +91,7 @@ def test_a_search_that_was_ended_goes_on(asked, full_store, tmp_path):
         asked(store=tmp_path, progress=until_half)
     done = len([*tmp_path.iterdir()])
     assert done > 0
-    with _kept_fits.fits_kept_in(tmp_path) as fits:
+    with kept_fits.fits_kept_in(tmp_path) as fits:
         ledger = asked()
     assert fits.taken == done
     assert same(ledger, full_store[1])
@@ -114,26 +115,26 @@ def test_a_full_disk_does_not_end_the_search(asked, full_store, tmp_path, monkey
     def full(*_):
         raise WritingError("there is no room")
 
-    monkeypatch.setattr(_kept_fits.ArrayStore, "write", full)
+    monkeypatch.setattr(kept_fits.ArrayStore, "write", full)
     with pytest.warns(UserWarning, match="A fit is not kept for a later run: there is no room"):
         assert same(asked(store=tmp_path), full_store[1])
 
 
 def test_what_is_large_is_not_kept(tmp_path):
-    fits = _kept_fits.KeptFits(tmp_path)
+    fits = kept_fits.KeptFits(tmp_path)
     fits.write("small", np.zeros(2))
-    fits.write("large", np.zeros(_kept_fits.MOST_BYTES))
+    fits.write("large", np.zeros(kept_fits.MOST_BYTES))
     assert [path.stem for path in tmp_path.iterdir()] == ["small"]
 
 
 def test_sizes_of_errors_come_back(tmp_path):
     setup = experiment().with_model_error(ERRORS)
-    problem = _kept_fits.Problem(setup, setup.data(measured(seed=4)))
+    problem = kept_fits.Problem(setup, setup.data(measured(seed=4)))
     starts = np.zeros((1, problem.dimension))
-    anew = _kept_fits.kept_with_sizes(problem, starts, (0.1,))
-    with _kept_fits.fits_kept_in(tmp_path) as fits:
-        _kept_fits.kept_with_sizes(problem, starts, (0.1,))
-        again = _kept_fits.kept_with_sizes(problem, starts, (0.1,))
+    anew = kept_fits.kept_with_sizes(problem, starts, (0.1,))
+    with kept_fits.fits_kept_in(tmp_path) as fits:
+        kept_fits.kept_with_sizes(problem, starts, (0.1,))
+        again = kept_fits.kept_with_sizes(problem, starts, (0.1,))
         assert fits.taken == 1
     assert again.problem.sizes == anew.problem.sizes
     assert again.deviations == anew.deviations
