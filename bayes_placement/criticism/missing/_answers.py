@@ -41,7 +41,7 @@ from ._screen import worth_fitting
 from ._search import NARROW, VARIANTS_WITH_ERRORS, Breadth, one_more_effect
 from ._shared_fits import SharedFits, shared_fits
 from ._weighed import Weighed
-from .decide import Decision, predicts_better, stands_out
+from .decide import Decision, is_unexplained, predicts_better, stands_out
 from .table import Policy, TableOfFits
 
 
@@ -193,6 +193,11 @@ def _answered_by_two_states(
     experiment = question.experiment.with_errors(question.errors)
     earlier = state_of(experiment, baseline)
     before = fitted_baseline(earlier, question.errors)
+    # Nothing is claimed then: single effects tell what is nearest.
+    unexplained = is_unexplained(row_with_sizes(before), Policy(level=question.level))
+    if unexplained:
+        tried = replace(question.tried, networks=False)
+        question = question._replace(tried=tried, most_effects=1)
     later = State(experiment, question.data)
     unchanged, comparison = compared_with_baseline(
         later, earlier, before, question.tried, question.level, question.most_effects, tick
@@ -201,7 +206,7 @@ def _answered_by_two_states(
         refitted = refitted_effects(comparison, between, question.most_effects)
         priors = priors_of_networks(between, comparison)
         comparison = comparison.with_hypotheses(refitted, priors)
-    if not explains(comparison.best(), question.level):
+    if not (unexplained or explains(comparison.best(), question.level)):
         of_later_state = _best_of_later_state(question, earlier, tick)
         refitted = refitted_effects(comparison, of_later_state, question.most_effects)
         priors = priors_of_networks(of_later_state, comparison)

@@ -57,6 +57,14 @@ def candidates():
     return effects.library(experiment(), ["point_mass", "gain_error", "time_delay"])
 
 
+def test_nothing_is_built_on_a_baseline_that_is_not_explained(before, after, candidates):
+    """An exact model explains neither state: single effects tell what is nearest."""
+    ledger = improve(experiment(), after, baseline=before, candidates=candidates, model_error=None)
+    assert ledger.verdict == ()
+    assert bp.decide(ledger.rows).reasons == ("the baseline is not explained by the model",)
+    assert {len(row.kinds) for row in ledger.rows.rows} == {0, 1}
+
+
 def test_a_mass_far_smaller_than_the_model_error_is_new(before, after, candidates):
     ledger = improve(experiment(), after, baseline=before, candidates=candidates, most_effects=1)
     assert ledger.verdict == ("point_mass",)
