@@ -92,7 +92,7 @@ def asked_of(question: str, seed: int) -> Case:
         stated=stated,
         right=right,
         wrong=wrong_names(stated, drawn, has_baseline),
-        headline=str(ledger).splitlines()[0],
+        headline=ledger.sentence(),
         wall=time.perf_counter() - began,
     )
 
