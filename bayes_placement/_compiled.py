@@ -202,6 +202,7 @@ class _Key(NamedTuple):
 
     form: _Form
     fixed: tuple[Any, ...]
+    kinds: tuple[type, ...]  # of these: True == 1, and steers as another
 
 
 class _Parts(NamedTuple):
@@ -218,7 +219,8 @@ class _Parts(NamedTuple):
 
 def _parts(form: _Form, leaves: list[Any], is_input: Callable[[Any], bool]) -> _Parts:
     fixed = tuple(_INPUT if is_input(leaf) else leaf for leaf in leaves)
-    return _Parts(_Key(form, fixed), leaves, [leaf for leaf in leaves if is_input(leaf)])
+    key = _Key(form, fixed, tuple(map(type, fixed)))
+    return _Parts(key, leaves, [leaf for leaf in leaves if is_input(leaf)])
 
 
 @functools.lru_cache(maxsize=MOST_PROGRAMS)

@@ -2,10 +2,10 @@
 
 import json
 import os
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from secrets import token_hex
 from typing import Any
 
 import pandas as pd
@@ -49,7 +49,6 @@ def write_atomically(path: str | Path, write: Callable[[Path], object]) -> Path:
         delete_leftovers(target.parent)
         with _temporary(target) as temporary:
             write(temporary)
-            temporary.chmod(0o644)  # temporary files are private, results are not
             _to_disk(temporary)
             temporary.replace(target)
         with suppress(OSError):  # not all systems flush folders
@@ -95,24 +94,24 @@ def _locked(path: Path) -> Iterator[None]:
 @contextmanager
 def _temporary(target: Path) -> Iterator[Path]:
     """A temporary file next to a file, locked meanwhile and deleted if it is still there after."""
-    handle, name = _new_file(target)
+    handle, path = _new_file(target)
     while not _is_locked(handle):
         os.close(handle)
-        handle, name = _new_file(target)
+        handle, path = _new_file(target)
     if fcntl is None:  # Windows renames no open file
         os.close(handle)
     try:
-        yield Path(name)
+        yield path
     finally:
-        Path(name).unlink(missing_ok=True)
+        path.unlink(missing_ok=True)
         if fcntl is not None:
             os.close(handle)
 
 
-def _new_file(target: Path) -> tuple[int, str]:
-    return tempfile.mkstemp(
-        suffix=target.suffix, prefix=f".{target.stem}{UNFINISHED}", dir=target.parent
-    )
+def _new_file(target: Path) -> tuple[int, Path]:
+    """A new file, with the permissions that the user gives to files."""
+    path = target.with_name(f".{target.stem}{UNFINISHED}{token_hex(4)}{target.suffix}")
+    return os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666), path
 
 
 def _is_locked(handle: int) -> bool:

@@ -42,6 +42,15 @@ def test_another_structure_or_integer_is_compiled_anew():
     assert len(TRACED) == 2
 
 
+def half_of_numbers(number, flag):
+    return number if flag is True else number / 2
+
+
+def test_true_and_one_are_different_programs():
+    assert compiled(half_of_numbers)(3.0, True) == 3.0
+    assert compiled(half_of_numbers)(3.0, 1) == 1.5
+
+
 def test_what_is_prepared_is_not_compiled_when_it_runs():
     bound = compiled(scaled).bound(tree(power=5))
     bound.prepare(1.0)

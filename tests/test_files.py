@@ -1,6 +1,7 @@
 """Files are complete or not there: full disks, killed writers, two writers at once."""
 
 import errno
+import os
 import resource
 import subprocess
 import sys
@@ -34,6 +35,16 @@ def test_an_earlier_file_stays_where_a_new_one_fails(tmp_path):
     with pytest.raises(WritingError, match=r"a.txt could not be written \(No space left"):
         write_atomically(tmp_path / "a.txt", fail_half_way)
     assert names(tmp_path) == ["a.txt"] and (tmp_path / "a.txt").read_text() == "whole"
+
+
+@pytest.mark.parametrize(("mask", "mode"), [(0o077, 0o600), (0o022, 0o644)])
+def test_files_have_the_permissions_of_the_user(tmp_path, mask, mode):
+    before = os.umask(mask)
+    try:
+        write_atomically(tmp_path / "a.txt", lambda path: path.write_text("whole"))
+    finally:
+        os.umask(before)
+    assert (tmp_path / "a.txt").stat().st_mode & 0o777 == mode
 
 
 def test_a_folder_that_is_a_file_is_said(tmp_path):
