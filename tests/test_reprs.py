@@ -22,6 +22,8 @@ from bayes_placement.positions.reprs import notebook_html, noun_html
 from models import bar
 from tests import public_calls
 
+PLOTS = ("ledger", "measurement", "misfit", "modes", "placement", "posterior", "reach", "structure")
+
 LONG = ("files", "methods", "verbs")
 """Groups of public calls that start processes, or infer and search."""
 
@@ -260,3 +262,12 @@ def test_html_of_a_noun_shows_priors_or_else_fields():
     unknown, known = dist.Uniform(0.0, 1.0), bp.effects.point_mass(0.3, 0.1)
     assert "<td>Uniform(0, 1)</td>" in noun_html(bp.effects.point_mass(0.3, unknown))
     assert "<td>mass</td>" in noun_html(known) and "<td>kg</td>" in noun_html(known)
+
+
+def test_completion_offers_what_a_room_defines():
+    assert {"Modal", "Rayleigh"} <= {*dir(bp.damping)}
+    assert {"suspicion", "probabilities"} <= {*dir(bp.plots.ledger)}
+    rooms = (bp.damping, bp.model_error, bp.noise, bp.observe, *map(vars(bp.plots).get, PLOTS))
+    for room in rooms:
+        assert all(callable(getattr(room, name)) for name in dir(room)), room
+        assert not {"Any", "Parameter", "panels", "partial"} & {*dir(room)}, room

@@ -1,6 +1,7 @@
 """experiment: a structure, what excites and reads it, and the output error: one NumPyro model."""
 
 from ..positions.channel import Channel
+from ..positions.completion import offer_own
 from . import damping, model_error, noise, observe
 from .experiment import Experiment
 from .measurement import Measurement
@@ -21,3 +22,5 @@ __all__ = [
     "noise",
     "observe",
 ]
+
+offer_own(damping, model_error, noise, observe)

@@ -1,5 +1,6 @@
 """Figures of results; one file for each kind of result."""
 
+from ..positions.completion import offer_own
 from . import ledger, measurement, misfit, modes, placement, posterior, reach, report, structure
 from .structure import experiment
 
@@ -15,3 +16,5 @@ __all__ = [
     "report",
     "structure",
 ]
+
+offer_own(ledger, measurement, misfit, modes, placement, posterior, reach, structure)
