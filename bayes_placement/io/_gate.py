@@ -1,6 +1,8 @@
 """What every reader does first: look at the file, and turn errors of libraries into ours."""
 
 import math
+import re
+import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -20,6 +22,7 @@ _OF_PROGRAMS = (
     NameError,
     RecursionError,
     TypeError,
+    struct.error,
 )
 """Errors that libraries do not raise of a file, but of what they did with it."""
 
@@ -160,6 +163,16 @@ def _unreadable(path: Path, contents: str, remedy: str, error: Exception) -> Inp
     return InputError(
         f"{path} cannot be read as {contents} ({reason}); a complete file is needed. {remedy}"
     )
+
+
+def check_digits(text: str) -> None:
+    """Refuse a number of more digits than Python reads."""
+    number = re.search(r"[\d_]{1000}", text)
+    if number:
+        raise InputError(
+            f"it holds the number {number[0][:20]}... of 1000 digits or more; numbers up to "
+            f"{LARGEST:g} are needed, since no quantity in SI is larger"
+        )
 
 
 def is_number(value: Any) -> bool:

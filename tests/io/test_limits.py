@@ -9,7 +9,7 @@ import bayes_placement as bp
 from bayes_placement._types import InputError, UsageError
 from bayes_placement.io import _limits, arrays
 from bayes_placement.io.arrays import workbook
-from bayes_placement.io.case._json_fields import load, positive
+from bayes_placement.io.case._json_fields import integer, load, positive
 from bayes_placement.io.mapped import _toml_fields
 
 
@@ -83,6 +83,20 @@ def test_an_integer_of_many_digits_is_no_number(tmp_path):
         load(tmp_path / "case.json").value("length_m", positive("m", 1.0))
     with pytest.raises(InputError, match=r"length is 1000.*; a finite number is needed"):
         _toml_fields.load(tmp_path / "a.toml").number("length", "1.0")
+
+
+def test_an_integer_of_many_digits_is_no_count(tmp_path):
+    (tmp_path / "case.json").write_text(f'{{"uff_node": 1{"0" * 400}}}')
+    with pytest.raises(InputError, match=r"field uff_node is 1000.*; numbers up to 1e\+30 are"):
+        load(tmp_path / "case.json").value("uff_node", integer(1, 1))
+
+
+def test_a_number_that_python_does_not_read_is_a_sentence(tmp_path):
+    for name, text in (("case.json", '{{"note": {}}}'), ("a.toml", "note = {}")):
+        (tmp_path / name).write_text(text.format("1" * 6000))
+        reader = load if name == "case.json" else _toml_fields.load
+        with pytest.raises(InputError, match=rf"{name}.*the number 1111.* of 1000 digits or more"):
+            reader(tmp_path / name)
 
 
 def test_a_hundred_thousand_channels_are_read_in_a_moment(tmp_path):

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..._types import InputError
-from .._gate import LARGEST, is_number, reading
+from .._gate import LARGEST, check_digits, is_number, reading
 
 _MOST_BYTES = 16 << 20
 _DEEPEST = 30
@@ -125,6 +125,7 @@ def _parsed(file: Path) -> Any:
     try:
         text = file.read_text("utf-8-sig")
         _check_depth(text)
+        check_digits(text)
         return json.loads(text, object_pairs_hook=_without_duplicates)
     except json.JSONDecodeError as error:
         raise CaseError(
@@ -224,7 +225,7 @@ def _numbers_in(value: Any) -> Iterator[float]:
     if isinstance(value, list):
         for entry in value:
             yield from _numbers_in(entry)
-    elif is_number(value):
+    elif isinstance(value, int | float):
         yield value
 
 

@@ -131,6 +131,11 @@ def _array(sampled: Sampled, name: str) -> np.ndarray:
             "name one of them in Signal(...)."
         )
     array = sampled.arrays[name]
+    if not array.size:
+        raise InputError(
+            f"{name!r} holds no sample; a record of some is needed, since FRFs are estimated from "
+            "it. Export it again."
+        )
     if array.dtype.kind not in "iuf":
         raise InputError(
             f"{name!r} holds {array.dtype}; real numbers are needed, since it is a record in time."

@@ -1,5 +1,7 @@
 """WAV files, whose integers are shares of the full scale."""
 
+import os
+import struct
 import warnings
 from collections.abc import Iterable
 from pathlib import Path
@@ -7,11 +9,13 @@ from pathlib import Path
 import numpy as np
 from scipy.io import wavfile
 
+from ..._types import InputError
 from .sampled import Sampled
 
 
 def load(path: Path, names: Iterable[str]) -> Sampled:
     """Read all channels as `channel 1` and so on; integers as shares of full scale, -1 to 1."""
+    _check_parts(path)
     with warnings.catch_warnings():
         warnings.simplefilter("error", wavfile.WavFileWarning)  # a file that ends too early
         warnings.filterwarnings("ignore", "Chunk .* not understood", wavfile.WavFileWarning)
@@ -19,6 +23,27 @@ def load(path: Path, names: Iterable[str]) -> Sampled:
     columns = _shares(samples if samples.ndim == 2 else samples[:, None]).T
     arrays = {f"channel {number}": column for number, column in enumerate(columns, 1)}
     return Sampled(arrays, {}, dict.fromkeys(arrays, float(rate)))
+
+
+def _check_parts(path: Path) -> None:
+    """Refuse parts that do not follow each other, as where a recorder ended before it noted sizes.
+
+    Those of RF64 stand elsewhere, and are compared by SciPy.
+    """
+    length = path.stat().st_size
+    with path.open("rb") as file:
+        form, whole, _ = struct.unpack("<4sI4s", file.read(12))
+        while form == b"RIFF" and file.tell() < (whole + 8 if whole else length):
+            name, size = struct.unpack("<4sI", file.read(8))
+            left = length - file.tell()
+            readable = name.decode("latin-1").isprintable() and size <= left
+            if not readable or (name == b"data" and not size):
+                raise InputError(
+                    f"its part {name!r} announces {size} bytes and {left} are left in the file; as "
+                    "many as there are must be announced, since others would be lost without a "
+                    "word. Write the sizes anew: sox --ignore-length in.wav out.wav"
+                )
+            file.seek(size + size % 2, os.SEEK_CUR)
 
 
 def _shares(samples: np.ndarray) -> np.ndarray:

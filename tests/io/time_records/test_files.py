@@ -148,6 +148,23 @@ def test_a_wav_file_that_ends_too_early_is_refused(tmp_path):
     read(tmp_path / "noted.wav", {"hammer": Signal("channel 1", "N")})
 
 
+@pytest.mark.parametrize(("whole", "announced"), [(0, 0), (36, 0), (548, 0), (548, 100), (36, 600)])
+def test_samples_that_a_wav_file_does_not_announce_are_not_lost(tmp_path, whole, announced):
+    path = tmp_path / "hit.wav"
+    wavfile.write(path, int(RATE), (FORCE * 100).astype(np.int16))
+    content = path.read_bytes()
+    head = content[:4] + struct.pack("<I", whole) + content[8:40] + struct.pack("<I", announced)
+    path.write_bytes(head + content[44:])
+    with pytest.raises(ValueError, match=r"hit\.wav: its part .* announces .* bytes and .* are left"):
+        read(path, {"hammer": Signal("channel 1", "N")})
+
+
+def test_a_record_without_a_sample_is_refused(tmp_path):
+    np.savez(tmp_path / "hit.npz", F=np.zeros(0))
+    with pytest.raises(ValueError, match="'F' holds no sample; a record of some is needed"):
+        read(tmp_path / "hit.npz", {"hammer": Signal("F", "N")}, rate=RATE)
+
+
 def tdms(path, **motion):
     about = {"wf_increment": 1 / RATE, "wf_start_offset": 0.0}
     channels = [
