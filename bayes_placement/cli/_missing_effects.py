@@ -10,6 +10,7 @@ from ..effects import EFFECTS, Library, library
 from ..effects.library import classes_named, nearest_name, unknown_effect
 from ..experiment.experiment import Experiment, Measurements
 from ..io.model import Study
+from ..positions.names import is_printable
 from ._inputs import Inputs, read_inputs, read_measurement
 from ._next_command import command_on
 from ._run import Output
@@ -185,7 +186,7 @@ def states_by_label(words: Sequence[str]) -> dict[str, Path]:
     pairs = [word.partition("=") for word in words]
     labels = [label.strip() for label, _, _ in pairs]
     for word, label, (_, _, file) in zip(words, labels, pairs, strict=True):
-        if not label or not file or labels.count(label) > 1:
+        if not is_printable(label) or not file or labels.count(label) > 1:
             raise UsageError(
                 f"--state {word!r} was given; a label and a file are needed, each label once, "
                 'since it is the name of the state: --state "5 mm cut=cut5.uff".'

@@ -1,12 +1,13 @@
 """What a model file may not do to the program that runs it."""
 
+import os
 import sys
 import traceback
 import warnings
 from collections.abc import Iterator
 from contextlib import chdir, contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import jax
 import numpy as np
@@ -47,7 +48,14 @@ def guarded(path: Path) -> Iterator[None]:
     """
     before = _settings()
     streams = redirect_stdout(sys.stdout), redirect_stderr(sys.stderr)
-    with chdir(Path.cwd()), streams[0], streams[1], warnings.catch_warnings(), np.errstate():
+    with (
+        chdir(Path.cwd()),
+        streams[0],
+        streams[1],
+        warnings.catch_warnings(),
+        np.errstate(),
+        _exits_told(),
+    ):
         try:
             yield
         except (Exception, KeyboardInterrupt):
@@ -55,6 +63,23 @@ def guarded(path: Path) -> Iterator[None]:
         except BaseException as error:  # SystemExit, and others that no program catches
             raise _ended(path, error) from error
     _check_settings(path, before)
+
+
+@contextmanager
+def _exits_told() -> Iterator[None]:
+    """Let `os._exit` raise, since it ends a program without a word; in a fork it ends that."""
+    end_at_once, home = os._exit, os.getpid()
+
+    def exit_told(status: int) -> NoReturn:
+        if os.getpid() != home:
+            end_at_once(status)
+        raise SystemExit(status)
+
+    os._exit = exit_told
+    try:
+        yield
+    finally:
+        os._exit = end_at_once
 
 
 def _ended(path: Path, error: BaseException) -> InputError:

@@ -15,6 +15,7 @@ from ..experiment.experiment import Experiment, Measurements
 from ..experiment.measurement import Measurement
 from ..experiment.modal_parameters import ModalParameters
 from ..inference.engines.engine import Engine
+from ..positions.names import printable_name
 from ..positions.reprs import with_short_repr
 from ._model_guards import guarded
 
@@ -79,6 +80,8 @@ def read(path: str | Path) -> Study:
     engine = _declared(module, "engine", Engine)
     truth = _declared(module, "truth", dict) or {}
     states = _declared(module, "states", dict) or {}
+    for label in states:
+        printable_name(f"{path}: a state of the label", label)
     return Study(experiment, measurement, engine, truth, baseline, states)
 
 

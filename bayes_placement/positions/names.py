@@ -20,7 +20,7 @@ def printable_name(kind: str, name: str) -> str:
     """
     needed = "a name is needed, since it stands in tables and files"
     check_kind(kind, name, str, needed, "a text such as 's1'")
-    if not name.isprintable() or not name.strip() or len(name) > LONGEST:
+    if not is_printable(name):
         better = "".join(letter for letter in name if letter.isprintable()).strip()[:LONGEST]
         raise InputError(
             f"{kind} {name[: 2 * LONGEST]!r} was given; a name of at most {LONGEST} letters is "
@@ -28,6 +28,11 @@ def printable_name(kind: str, name: str) -> str:
             f"{better or 's1'!r}."
         )
     return name
+
+
+def is_printable(name: str) -> bool:
+    """Whether a name has letters that can be printed, and not too many."""
+    return name.isprintable() and bool(name.strip()) and len(name) <= LONGEST
 
 
 def checked_name(kind: str, name: str) -> str:

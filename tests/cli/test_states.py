@@ -115,6 +115,7 @@ def test_states_may_be_given_as_files(of_states, tmp_path):
     ("options", "words"),
     [
         (["--state", "bare"], "--state 'bare' was given; a label and a file are needed"),
+        (["--state", "a\x1b=x.uff"], r"--state 'a\x1b=x.uff' was given; a label and a file are"),
         (["--state", "a=x.uff", "--state", "a=y.uff"], "--state 'a=x.uff' was given; a label and"),
         (["--state", "a=x.uff", "--alone"], "--state was given beside --data, --baseline or"),
     ],

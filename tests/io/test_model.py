@@ -99,6 +99,12 @@ def test_something_else_under_a_known_name_is_refused(tmp_path, name, value, typ
         model.read(path)
 
 
+def test_a_state_whose_label_cannot_be_printed_is_refused(tmp_path):
+    path = written(tmp_path, EXPERIMENT + "states = {'new': None, 'a\\n': None}\n")
+    with pytest.raises(ValueError, match=r"study.py: a state of the label 'a.*n' was given; a name"):
+        model.read(path)
+
+
 def test_an_error_in_the_file_is_the_users_to_see(tmp_path):
     with pytest.raises(ZeroDivisionError):
         model.read(written(tmp_path, "experiment = 1 / 0\n"))

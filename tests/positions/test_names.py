@@ -2,11 +2,13 @@
 
 import re
 
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 import bayes_placement as bp
 from bayes_placement._types import InputError
+from bayes_placement.modes.finite_elements.named_matrices import NamedMatrices
 from bayes_placement.plots._figures import panels
 
 UNPRINTABLE = ["a\0", "s1\x1b[2J", "a\nb", "s\udcff", "a\u202eb", "\u200b", " ", "a" * 101]
@@ -22,8 +24,9 @@ UNPRINTABLE = ["a\0", "s1\x1b[2J", "a\nb", "s\udcff", "a\u202eb", "\u200b", " ",
         lambda name: bp.Measurement.from_arrays(
             [1j], [1.0], sensors=[bp.Channel(name)], actuators=["a1"], quantity="mobility"
         ),
+        lambda name: NamedMatrices.of({name: np.eye(2)}, 2),
     ],
-    ids=["sensor", "actuator", "effect", "channel"],
+    ids=["sensor", "actuator", "effect", "channel", "part"],
 )
 def test_a_name_that_cannot_be_printed_is_refused(make, name):
     with pytest.raises(InputError, match="was given; a name of at most 100 letters is needed"):

@@ -15,6 +15,7 @@ from ...modes.finite_elements import interpolation, soft_supports
 from ...modes.finite_elements.matrices import Matrices
 from ...modes.finite_elements.nodal_modes import NodalModes
 from ...modes.finite_elements.soft_supports import SupportMotion
+from ...positions.names import LONGEST, is_printable
 from ...positions.tolerances import Box, Member, Tolerance
 from .. import matrix_files, npz_modes
 from ._inside import inside
@@ -192,7 +193,6 @@ def _model_folder(case: JsonObject) -> Path:
         "../models/plate",
         lambda value: (
             _is_text(value)
-            and "\0" not in value
             and not Path(value).is_absolute()
             and (start / value).resolve().is_relative_to(folder)
         ),
@@ -269,7 +269,7 @@ def _box(start: list[Any], end: list[Any]) -> Box:
 
 
 def _is_text(value: Any) -> bool:
-    return isinstance(value, str) and bool(value.strip())
+    return isinstance(value, str) and is_printable(value)
 
 
 _REGIONS = FieldRule(
@@ -279,7 +279,7 @@ _REGIONS = FieldRule(
         isinstance(value, list) and all(map(_is_text, value)) and len(set(value)) == len(value)
     ),
 )
-_NAME = FieldRule("a name", "crossbar", _is_text)
+_NAME = FieldRule(f"a name of at most {LONGEST} letters", "crossbar", _is_text)
 _MODEL_KINDS = {
     "space frame, Euler-Bernoulli members (axial, two bendings, torsion)": _ModelKind(
         interpolation.frame, _frame_members, _clamped_ends, (1, 2, 3), True

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from ...positions.names import LONGEST, is_printable
 from ._json_fields import CaseError, FieldRule, JsonObject, check_distinct
 
 
@@ -45,5 +46,7 @@ _FILES = FieldRule(
 
 
 _LABEL = FieldRule(
-    "a text", "5 mm cut", lambda value: isinstance(value, str) and bool(value.strip())
+    f"a text of at most {LONGEST} letters that can be printed",
+    "5 mm cut",
+    lambda value: isinstance(value, str) and is_printable(value),
 )

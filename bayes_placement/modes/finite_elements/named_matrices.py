@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 
 from ..._compiled import of_jax
 from ..._types import InputError
+from ...positions.names import printable_name
 
 
 class NamedMatrices(eqx.Module):
@@ -26,6 +27,7 @@ class NamedMatrices(eqx.Module):
     def of(cls, parts: Mapping[str, np.ndarray], count: int) -> "NamedMatrices":
         """Stack matrices over `count` modes by name; there may be none."""
         for name, part in parts.items():
+            printable_name("A part of the name", name)
             if np.shape(part) != (count, count):
                 raise InputError(
                     f'The part "{name}" has the shape {np.shape(part)}; a matrix of {count} rows '

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 from scipy.linalg import block_diag, cholesky, eigh, solve_triangular
 
+from ...positions.names import printable_name
 from .matrices import Matrices, Sparse
 from .modal_model import ModalModel
 from .soft_supports import SupportMotion
@@ -167,6 +168,8 @@ def static_shapes(
         Rows at which shapes are wanted.
 
     """
+    for name in soft:
+        printable_name("A support of the name", name)
     modes = model.shape.shape[1]
     if not soft and (modes == _free(matrices) or not (matrices.regions or members)):
         return no_static_shapes(len(rows), modes)

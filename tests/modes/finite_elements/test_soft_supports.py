@@ -146,6 +146,14 @@ def test_what_nothing_holds_cannot_give_way(cantilever, plate):
         soft_supports.edge(plate, (0.05, 0.01, 0.0), (0.3, 0.01, 0.0))
 
 
+def test_a_support_whose_name_cannot_be_printed_is_refused(cantilever):
+    matrices, elements = cantilever
+    foot = {"ro\not": soft_supports.rotations(matrices, 1, along=SKEW)}
+    reading = interpolation.frame(matrices, elements)
+    with pytest.raises(ValueError, match=r"A support of the name 'ro.*t' was given; a name"):
+        finite_elements.modes(matrices, reading, up_to=3000.0, soft=foot)
+
+
 def test_the_prior_of_a_clamp_that_a_cantilever_follows_without_strain(cantilever):
     """Its inertia resists: a rotation by 1 at the first natural frequency of a clamped beam."""
     matrices, elements = cantilever
