@@ -63,10 +63,10 @@ def errors_in_words(
         (words,) = getattr(error, "__notes__", ["Stopped before anything was computed."])
         _say(f"{words} Run it again to go on.", code, as_json)
         raise typer.Exit(code) from None
-    except BaseException as error:  # a function of a model file may raise SystemExit
+    except BaseException as error:  # noqa: BLE001, a function of a model file may raise SystemExit
         code, words = _in_words(error, model, show_traceback)
         _say(words, code, as_json)
-        raise typer.Exit(code) from error
+        raise typer.Exit(code) from None  # where the cause is StopIteration, `with` raises that
 
 
 def _in_words(error: BaseException, model: Path, show_traceback: bool) -> tuple[int, str]:

@@ -2,7 +2,6 @@
 
 import math
 import re
-import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -12,19 +11,8 @@ from typing import Any
 import numpy as np
 
 from .._types import InputError, MissingExtraError, check_kind
+from ._child import in_words
 from ._limits import check_limit
-
-_OF_PROGRAMS = (
-    ArithmeticError,
-    AssertionError,
-    AttributeError,
-    LookupError,
-    NameError,
-    RecursionError,
-    TypeError,
-    struct.error,
-)
-"""Errors that libraries do not raise of a file, but of what they did with it."""
 
 
 class FileWarning(UserWarning):
@@ -157,9 +145,7 @@ def _within(array: np.ndarray) -> bool:
 
 
 def _unreadable(path: Path, contents: str, remedy: str, error: Exception) -> InputError:
-    reason = " ".join(str(error).split())[:300]
-    if isinstance(error, _OF_PROGRAMS) or not reason:  # whose words are about a program
-        reason = "its content is not what its beginning announces"
+    reason = " ".join(in_words(error).split())[:300]
     return InputError(
         f"{path} cannot be read as {contents} ({reason}); a complete file is needed. {remedy}"
     )

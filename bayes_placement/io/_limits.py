@@ -12,11 +12,14 @@ LIMITS = {
     "bytes of text": 512 << 20,
     "cells of text": 5_000_000,
     "unpacked bytes of a NumPy archive": 1 << 30,
-    "unpacked bytes of a workbook": 512 << 20,
+    "unpacked bytes of a workbook": 128 << 20,
     "rows of a workbook": 200_000,
     "cells of a workbook": 1_000_000,
+    "unpacked bytes of an HDF5 file": 1 << 30,
+    "unpacked bytes of a MATLAB file": 1 << 30,
+    "elements of a MATLAB file": 200_000,
 }
-"""Most that is read; measured FRFs are smaller by factors of ten."""
+"""Most that is read, in a minute at most; measured FRFs are smaller by factors of ten."""
 
 
 def most(what: str) -> int:

@@ -21,7 +21,7 @@ SECONDS, CPU_SECONDS, SECONDS_PER_MEGABYTE = 20.0, 8.0, 2.0
 """Time that reading a file may take, on the clock and of the processor, which other work on the
 machine does not prolong, and either for each megabyte besides."""
 
-_MISSING = re.compile(r"ModuleNotFoundError: No module named '(\w+)")
+_MISSING = re.compile(r"No module named '(\w+)")
 _CHILD = Path(__file__).with_name("_child.py")
 
 # HDF5 loads filters from folders that the environment names; a file could ask for one of them.
@@ -43,6 +43,7 @@ def run(
     refused: Callable[[str], InputError],
     *,
     further_seconds: float = 0.0,
+    **settings: int,
 ) -> ReaderResult:
     """Read a file by `read(path)` of a script, whose time and memory are limited.
 
@@ -59,6 +60,8 @@ def run(
         Makes the error of a reason.
     further_seconds
         Time that a library takes to be imported, where that is long.
+    **settings
+        Further arguments of `read`.
     """
     path.open("rb").close()  # raises PermissionError, which says more than a failed process
     further = further_seconds + SECONDS_PER_MEGABYTE * path.stat().st_size / 1e6
@@ -70,7 +73,12 @@ def run(
         environment = {**os.environ, **_NO_PLUGINS}
         try:
             done = subprocess.run(
-                command, capture_output=True, timeout=allowed, check=False, env=environment
+                command,
+                input=json.dumps(settings).encode(),
+                capture_output=True,
+                timeout=allowed,
+                check=False,
+                env=environment,
             )
         except subprocess.TimeoutExpired as error:
             raise refused(f"it did not end within {allowed:.0f} s") from error

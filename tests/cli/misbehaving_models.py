@@ -31,6 +31,7 @@ MISBEHAVIOURS = (
     Misbehaviour("import os; os.fork() or os._exit(0)", 0, "", True),
     Misbehaviour("raise BaseException('odd')", 3, ENDED),
     Misbehaviour("raise GeneratorExit", 3, ENDED),
+    Misbehaviour("raise StopIteration", 3, "StopIteration"),
     Misbehaviour("raise ValueError('mine')", 3, "ValueError: mine"),
     Misbehaviour("1 / 0", 3, "ZeroDivisionError"),
     Misbehaviour("raise MemoryError", 3, "MemoryError"),

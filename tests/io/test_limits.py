@@ -2,8 +2,10 @@
 
 import zipfile
 
+import h5py
 import numpy as np
 import pytest
+import scipy.io
 
 import bayes_placement as bp
 from bayes_placement._types import InputError, UsageError
@@ -30,6 +32,26 @@ def test_an_archive_of_zeros_is_refused(tmp_path, monkeypatch):
     monkeypatch.setenv(_limits.VARIABLE, "many")
     with pytest.raises(UsageError, match="=many stands in the environment; a whole number"):
         arrays.load(tmp_path / "a.npz")
+
+
+def write_hdf5(path):
+    with h5py.File(path, "w") as file:
+        file.create_dataset("H", data=np.zeros(200_000), compression="gzip")
+
+
+def write_mat(path):
+    scipy.io.savemat(path, {"H": np.zeros(200_000)}, do_compression=True)
+
+
+@pytest.mark.parametrize(("of", "write"), [("an HDF5", write_hdf5), ("a MATLAB", write_mat)])
+def test_files_that_unpack_to_much_are_refused(tmp_path, monkeypatch, of, write):
+    monkeypatch.setitem(_limits.LIMITS, f"unpacked bytes of {of} file", 1_000_000)
+    write(tmp_path / "a.dat")
+    words = rf"a.dat.* it has 1[06].{{5}} unpacked bytes of {of} file or more; at most 1000000"
+    with pytest.raises(InputError, match=words):
+        arrays.load(tmp_path / "a.dat")
+    monkeypatch.setenv(_limits.VARIABLE, "2")
+    assert arrays.load(tmp_path / "a.dat").arrays["H"].size == 200_000
 
 
 @pytest.mark.parametrize("separator", [",", " "])

@@ -106,7 +106,7 @@ def test_what_is_refused(tmp_path, monkeypatch):
     with pytest.raises(FileNotFoundError, match=r"There is no file .*none.msh; a mesh is needed"):
         mesh.read(tmp_path / "none.msh")
     (tmp_path / "text.stranger").write_text("nodes")
-    with pytest.raises(ValueError, match=r"cannot be read by meshio \(ReadError: Could not deduce"):
+    with pytest.raises(ValueError, match=r"cannot be read by meshio \(Could not deduce"):
         mesh.read(tmp_path / "text.stranger")
     (tmp_path / "cut.msh").write_text(GMSH[:140])
     with pytest.raises(ValueError, match=r"cut.msh cannot be read by meshio .*Convert it"):

@@ -101,7 +101,7 @@ def test_something_else_under_a_known_name_is_refused(tmp_path, name, value, typ
 
 def test_a_state_whose_label_cannot_be_printed_is_refused(tmp_path):
     path = written(tmp_path, EXPERIMENT + "states = {'new': None, 'a\\n': None}\n")
-    with pytest.raises(ValueError, match=r"study.py: a state of the label 'a.*n' was given; a name"):
+    with pytest.raises(ValueError, match=r"study.py: a state of the label 'a.*n' was given"):
         model.read(path)
 
 

@@ -6,7 +6,6 @@ from typing import Any
 import h5py
 import numpy as np
 
-MOST_BYTES = 4 << 30
 MOST_OBJECTS = 100_000
 DEEPEST = 30
 SMALL = 1 << 20  # bytes that any dataset may announce
@@ -26,8 +25,11 @@ class RefusedHDF5File(Exception):  # noqa: N818, its name is the word that peopl
     """A file that is not read; the process that asked for it makes our error of its words."""
 
 
-def read(path: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Arrays by name, with the units that are stated with them and what was left out."""
+def read(path: str, most: int) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """Arrays by name, with the units that are stated with them and what was left out.
+
+    Where they announce more than so many bytes, these are told and no array is read.
+    """
     with h5py.File(path, "r") as file:
         faults: dict[str, str] = {}
         datasets = dict(_datasets(file, "", faults, set(), 0))
@@ -36,8 +38,8 @@ def read(path: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
             if fault:
                 faults[name] = fault
         total = sum(data.nbytes for name, data in datasets.items() if name not in faults)
-        if total > MOST_BYTES:
-            raise RefusedHDF5File(f"its arrays take {total} bytes, more than {MOST_BYTES}")
+        if total > most:
+            return {}, {"bytes": total}
         if any("MATLAB_class" in data.attrs for data in datasets.values()):
             return _matlab(path, list(file), faults)
         good = {name: data for name, data in datasets.items() if name not in faults}

@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._types import InputError
+from .._limits import check_limit, most
 
+UNPACKED = "unpacked bytes of a MATLAB file"
 HEADER_BYTES = 128
-_MOST_UNPACKED = 2 << 30
-_MOST_ELEMENTS = 2_000_000
 _DEEPEST = 30
 _MATRIX, _COMPRESSED = 14, 15
 _BYTES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
@@ -49,10 +49,11 @@ class _Element(NamedTuple):
 
 
 class _Walk(NamedTuple):
-    """A walk through a file: the order of its bytes, and the elements that were met."""
+    """A walk through a file: the order of its bytes, the elements met, and bytes unpacked."""
 
     order: str
     met: Iterator[int]
+    unpacked: list[int]
 
 
 class _Foreign(Exception):  # noqa: N818, no error: a variable that is left out
@@ -64,7 +65,7 @@ def variables(data: bytes) -> list[Variable]:
     order = {b"IM": "<", b"MI": ">"}.get(data[126:128])
     if order is None or len(data) <= HEADER_BYTES:
         raise InputError("its first 128 bytes are not those of a MATLAB 5 to 7 file")
-    walk = _Walk(order, itertools.count(1))
+    walk = _Walk(order, itertools.count(1), [])
     all_variables = [
         _variable(walk, element)
         for element in _elements(walk, memoryview(data)[HEADER_BYTES:], packed=True)
@@ -80,8 +81,7 @@ def _elements(walk: _Walk, data: memoryview, *, packed: bool = False) -> Iterato
     """Elements that follow each other; they fill the bytes exactly."""
     place = 0
     while place < len(data):
-        if next(walk.met) > _MOST_ELEMENTS:
-            raise InputError(f"it has more than {_MOST_ELEMENTS} elements")
+        check_limit("elements of a MATLAB file", next(walk.met))
         element, size = _element(walk, data[place:])
         packed_here = element.kind == _COMPRESSED
         if packed_here and not packed:
@@ -111,7 +111,7 @@ def _element(walk: _Walk, data: memoryview) -> tuple[_Element, int]:
 
 def _variable(walk: _Walk, element: _Element) -> Variable:
     if element.kind == _COMPRESSED:
-        unpacked = list(_elements(walk, _unpacked(element.content)))
+        unpacked = list(_elements(walk, _unpacked(walk, element.content)))
         if len(unpacked) != 1:
             raise InputError("a compressed element does not hold one variable")
         element = unpacked[0]
@@ -120,12 +120,14 @@ def _variable(walk: _Walk, element: _Element) -> Variable:
     return _checked(walk, element)
 
 
-def _unpacked(content: memoryview) -> memoryview:
+def _unpacked(walk: _Walk, content: memoryview) -> memoryview:
     machine = zlib.decompressobj()
     try:
-        data = machine.decompress(content, _MOST_UNPACKED)
+        data = machine.decompress(content, most(UNPACKED) + 1)
     except zlib.error as error:
         raise InputError(f"a compressed variable cannot be unpacked ({error})") from error
+    walk.unpacked.append(len(data))
+    check_limit(UNPACKED, sum(walk.unpacked))
     if not machine.eof or machine.unused_data:
         raise InputError("a compressed variable has another length than it announces")
     return memoryview(data)

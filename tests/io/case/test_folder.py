@@ -734,7 +734,10 @@ def test_states_are_read_in_their_order(tmp_path):
         (STATES[:1], r"measurement.states is .*a list .* of objects with at least 2 entr"),
         ([STATES[0], STATES[0]], r"states\[0\].label .* are both .*new"),
         ([{"label": "", "files": []}, STATES[0]], r"states\[0\].label.* is \"\"; a text"),
-        ([{"label": "a\x1b[2J", "files": []}, STATES[0]], r"at most 100 letters that can be printed"),
+        (
+            [{"label": "a\x1b[2J", "files": []}, STATES[0]],
+            r"at most 100 letters that can be",
+        ),
         ([{"label": "new", "files": []}, STATES[1]], r'"new", names 0 universal files, but 1 are'),
     ],
 )
