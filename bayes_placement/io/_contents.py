@@ -11,6 +11,7 @@ MATRIX_MARKET, ABAQUS_MATRIX, PDF = "Matrix Market", "Abaqus matrix", "PDF"
 NPY, NETCDF_3, CALCULIX = "NumPy array", "netCDF 3", "CalculiX results"
 WAV, TDMS, MDF, LABVIEW = "WAV", "TDMS", "MDF", "LabVIEW text"
 UNKNOWN = ""
+WIDE = "text in UTF-16 or UTF-32, which an editor saves as UTF-8"
 
 _ARRAYS = "bp.io.read(path, mapping) for FRFs, bp.time_records.read(path, channels) for records"
 _RECORDS = "bp.time_records.read(path, channels) as time records"
@@ -81,6 +82,13 @@ def _head(path: Path) -> bytes:
         return file.read(HEAD_BYTES)
 
 
+def is_wide(data: bytes) -> bool:
+    """Whether the beginning of a file is text of two or four bytes a letter, marked or not."""
+    letters = data.replace(b"\0", b"")
+    has_gaps = 0 < 2 * len(letters) <= len(data) + 1 and letters.isascii()
+    return data.startswith(_WIDE) or (has_gaps and not _CONTROLS & {*letters})
+
+
 def decoded(data: bytes) -> str:
     """Text of bytes in UTF-8, in UTF-16 with its mark, or else in Latin-1."""
     if data.startswith(_WIDE):
@@ -96,6 +104,8 @@ def described(path: Path) -> str:
     if not path.stat().st_size:
         return "is empty (0 bytes)"
     content = content_of(path)
+    if content == UNKNOWN and is_wide(_head(path)):
+        return f"is {WIDE}"
     if content == PDF:
         return "is a PDF, whose pages hold no arrays"
     if content not in READERS:

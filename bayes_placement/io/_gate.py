@@ -12,6 +12,7 @@ import numpy as np
 
 from .._types import InputError, MissingExtraError, check_kind
 from ._child import in_words
+from ._contents import WIDE, is_wide
 from ._limits import check_limit
 
 
@@ -88,6 +89,8 @@ def path_of(path: Any) -> Path:
     """
     needed = "the path of a file or folder is needed, since it is read from there"
     check_kind("path", path, (str, Path), needed, 'path="measured.uff"')
+    if "\0" in str(path):
+        raise InputError(f"path={str(path)!r} was given; {needed}: path='measured.uff'.")
     return Path(path)
 
 
@@ -151,14 +154,25 @@ def _unreadable(path: Path, contents: str, remedy: str, error: Exception) -> Inp
     )
 
 
-def check_digits(text: str) -> None:
-    """Refuse a number of more digits than Python reads."""
+def text_in_utf8(path: Path) -> str:
+    """Text of a small file, without numbers of more digits than Python reads."""
+    content = path.read_bytes()
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = None
+    if text is None or is_wide(content):
+        raise InputError(
+            f"it is {WIDE if is_wide(content) else 'text in another encoding'}; UTF-8 is needed, "
+            "since letters would be others"
+        )
     number = re.search(r"[\d_]{1000}", text)
     if number:
         raise InputError(
             f"it holds the number {number[0][:20]}... of 1000 digits or more; numbers up to "
             f"{LARGEST:g} are needed, since no quantity in SI is larger"
         )
+    return text
 
 
 def is_number(value: Any) -> bool:

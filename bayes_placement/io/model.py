@@ -17,6 +17,7 @@ from ..experiment.modal_parameters import ModalParameters
 from ..inference.engines.engine import Engine
 from ..positions.names import printable_name
 from ..positions.reprs import with_short_repr
+from ._contents import WIDE, is_wide
 from ._model_guards import guarded
 
 
@@ -92,10 +93,10 @@ def _run(path: Path) -> ModuleType:
             "for example models/bar.py."
         )
     spec = importlib.util.spec_from_file_location(f"_model_{path.stem}", path.resolve())
-    if spec is None or spec.loader is None or b"\0" in path.read_bytes():  # none of text
-        raise InputError(
-            f"{path} is no Python file. Give one that defines `experiment`: models/bar.py."
-        )
+    content = path.read_bytes()
+    if spec is None or spec.loader is None or b"\0" in content:  # none of text
+        what = WIDE if is_wide(content) else "no Python file"
+        raise InputError(f"{path} is {what}. Give one that defines `experiment`: models/bar.py.")
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
     with _folder_on_import_path(path.resolve().parent), guarded(path.resolve()):

@@ -131,3 +131,30 @@ def test_a_hundred_thousand_channels_are_read_in_a_moment(tmp_path):
         quantity="mobility",
     )
     assert len(measured.sensors) == len(names)
+
+
+WIDE = ("utf-16", "utf-16-le", "utf-32-be")
+WIDE_FILES = {
+    "a.csv": ("f,H\n1,2\n2,3\n", arrays.load),
+    "a.uff": ("    -1\n    15\n    -1\n", bp.io.uff.read),
+    "case.json": ('{"structure": {}}', load),
+    "a.toml": ("frequency = 1\n", _toml_fields.load),
+    "study.py": ("experiment = 1\n", bp.io.model.read),
+}
+
+
+@pytest.mark.parametrize("encoding", WIDE)
+@pytest.mark.parametrize("name", WIDE_FILES)
+def test_text_of_wide_letters_is_named_as_what_it_is(tmp_path, name, encoding):
+    text, read = WIDE_FILES[name]
+    (tmp_path / name).write_bytes(text.encode(encoding))
+    if (name, encoding) == ("a.csv", "utf-16"):  # whose mark tells
+        assert read(tmp_path / name).arrays["H"].tolist() == [2.0, 3.0]
+    else:
+        with pytest.raises(InputError, match=rf"{name}.* is text in UTF-16 or UTF-32, which an"):
+            read(tmp_path / name)
+
+
+def test_a_path_with_a_nul_is_refused():
+    with pytest.raises(InputError, match=r"path='a.x00b' was given; the path of a file or folder"):
+        bp.io.case.read("a\0b")

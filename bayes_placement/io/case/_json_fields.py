@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..._types import InputError
-from .._gate import LARGEST, check_digits, is_number, reading
+from .._gate import LARGEST, is_number, reading, text_in_utf8
 
 _MOST_BYTES = 16 << 20
 _DEEPEST = 30
@@ -123,16 +123,15 @@ def _parsed(file: Path) -> Any:
             "measured values stand in universal files. Give the file of the case."
         )
     try:
-        text = file.read_text("utf-8-sig")
+        text = text_in_utf8(file)
         _check_depth(text)
-        check_digits(text)
         return json.loads(text, object_pairs_hook=_without_duplicates)
     except json.JSONDecodeError as error:
         raise CaseError(
             f"{file} is not JSON: {error.msg} in line {error.lineno}, column {error.colno}. "
             "Correct it there; a comma may be missing or left over just before."
         ) from error
-    except ValueError as error:  # a duplicate field, or bytes that are not UTF-8
+    except ValueError as error:  # a duplicate field, or text that is not UTF-8
         raise CaseError(f"{file} cannot be read: {error}. Correct it there.") from error
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..._types import InputError
-from .._gate import check_digits, existing, is_number, reading
+from .._gate import existing, is_number, reading, text_in_utf8
 
 _MOST_BYTES = 1 << 20
 
@@ -82,9 +82,7 @@ def load(path: Path) -> TomlTable:
     with reading(path, "TOML", 'Write one field a line, such as frequency = { array = "f" }.'):
         if size > _MOST_BYTES:
             raise InputError(f"it has {size} bytes, and a mapping has at most {_MOST_BYTES}")
-        text = path.read_bytes().decode("utf-8-sig")
-        check_digits(text)
-        content = tomllib.loads(text)
+        content = tomllib.loads(text_in_utf8(path))
     return TomlTable(content, str(path))
 
 

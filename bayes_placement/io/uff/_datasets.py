@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..._types import InputError
-from .._contents import decoded
+from .._contents import WIDE, decoded, is_wide
 from .._gate import existing
 from . import _decode
 from ._gate import HEAD_LINES, LAYOUT, FormatFault, faults
@@ -222,8 +222,9 @@ def blocks_of(path: Path) -> Iterator[DatasetBytes]:
         block, end = _block(data, opening.end() + 1, f"{path}, block {number}")
         yield block
     if not number:
+        what = WIDE if is_wide(data[:100]) else "not a universal file"
         raise MeasurementFileError(
-            f"{path} is not a universal file: its {len(data)} bytes hold no line with -1 in "
+            f"{path} is {what}: its {len(data)} bytes hold no line with -1 in "
             "columns 5 and 6, which must open and close every dataset. Give the file that "
             "was exported as UFF (universal file format, dataset 55 for modes, 58 for FRFs)."
         )
