@@ -581,7 +581,7 @@ def test_what_is_no_case_is_refused(tmp_path, text, message):
 def test_a_file_in_another_encoding_is_refused(tmp_path):
     folder = written(tmp_path)
     (folder / "case.json").write_bytes('{"case": "Träger"}'.encode("latin-1"))
-    with pytest.raises(case.CaseError, match=r"case\.json cannot be read: .*utf-8"):
+    with pytest.raises(case.CaseError, match=r"case\.json cannot be read: .*UTF-8"):
         case.read(folder)
 
 
