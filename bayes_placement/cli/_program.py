@@ -5,11 +5,12 @@ import signal
 import sys
 import threading
 import time
+import warnings
 from types import FrameType
 from typing import Any, NoReturn
 
 from ._errors import MODEL_FAILS, UNPRINTED, StoppedBySignal
-from ._streams import LastingStream, lasting_streams
+from ._streams import LastingStream, lasting_streams, printable_warning
 from .app import app
 
 ENDING = ("SIGTERM", "SIGHUP")
@@ -23,6 +24,7 @@ PATIENCE = 5.0
 def run() -> NoReturn:
     """Run a command with words of the command line, and end the process with its exit code."""
     output = lasting_streams()
+    warnings.formatwarning = printable_warning
     for name in ENDING:
         number = getattr(signal, name, None)  # Windows has no SIGHUP; `nohup` ignores it
         if number is not None and signal.getsignal(number) is signal.SIG_DFL:

@@ -5,6 +5,7 @@ import os
 import re
 import sys
 import unicodedata
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
 from contextvars import ContextVar
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 _ANSWER: ContextVar[TextIO | None] = ContextVar("_ANSWER", default=None)
+_FORMATTED = warnings.formatwarning
 _BEGAN_IN: ContextVar[str] = ContextVar("_BEGAN_IN", default="")
 
 
@@ -131,6 +133,11 @@ def printable(text: object) -> str:
     if _BEGAN_IN.get():
         shown = re.sub(rf"(?<![\w./\\-]){re.escape(_BEGAN_IN.get())}{re.escape(os.sep)}", "", shown)
     return shown if shown.isprintable() else "".join(map(_shown, shown))
+
+
+def printable_warning(*warning: Any, **line: Any) -> str:
+    """A warning as Python writes it, which may name files and what is in them."""
+    return printable(_FORMATTED(*warning, **line))
 
 
 def _shown(letter: str) -> str:

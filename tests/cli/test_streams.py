@@ -76,15 +76,16 @@ def test_a_closed_or_full_output_ends_the_printing_alone(tmp_path, full):
 @pytest.mark.long
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
 def test_a_terminal_without_greek_letters_shows_their_numbers(tmp_path, encoding):
-    (tmp_path / "study.py").write_text(
-        EXPERIMENT.replace('"s1"', '"\N{GREEK SMALL LETTER SIGMA}1"')
-    )
+    study = EXPERIMENT.replace('"s1"', '"\N{GREEK SMALL LETTER SIGMA}1"')
+    warning = "import warnings; warnings.warn('a\x1b[2J')"
+    (tmp_path / "study.py").write_text(study + warning)
     process = begun(
         tmp_path, "show", "study.py", stdout=subprocess.PIPE, env={"PYTHONIOENCODING": encoding}
     )
     answer, complaint = process.communicate(timeout=120)
     assert process.returncode == 0, complaint
     assert "\\u03c31" in answer
+    assert "UserWarning: a\\x1b[2J" in complaint
 
 
 @pytest.mark.long
