@@ -4,7 +4,7 @@ import os
 import sys
 import traceback
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import chdir, contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any, NoReturn
@@ -28,6 +28,9 @@ SETTINGS = (
     "jax_debug_infs",
 )
 """Settings of JAX that change numbers, or what is computed at all."""
+
+ENDS = ("_exit", "abort", "execv", "execve")
+"""Functions of `os` that end a program at once; all of its `exec` functions call the last two."""
 
 
 @contextmanager
@@ -54,7 +57,7 @@ def guarded(path: Path) -> Iterator[None]:
         streams[1],
         warnings.catch_warnings(),
         np.errstate(),
-        _exits_told(),
+        _ends_told(),
     ):
         try:
             yield
@@ -66,20 +69,25 @@ def guarded(path: Path) -> Iterator[None]:
 
 
 @contextmanager
-def _exits_told() -> Iterator[None]:
-    """Let `os._exit` raise, since it ends a program without a word; in a fork it ends that."""
-    end_at_once, home = os._exit, os.getpid()
+def _ends_told() -> Iterator[None]:
+    """Let functions raise that end a program without a word; in a fork they end that."""
+    home, ends = os.getpid(), {name: getattr(os, name) for name in ENDS}
 
-    def exit_told(status: int) -> NoReturn:
-        if os.getpid() != home:
-            end_at_once(status)
-        raise SystemExit(status)
+    def told(name: str) -> Callable[..., NoReturn]:
+        def end(*arguments: Any) -> NoReturn:
+            if os.getpid() != home:
+                ends[name](*arguments)
+            raise SystemExit(f"os.{name}")
 
-    os._exit = exit_told
+        return end
+
+    for name in ends:
+        setattr(os, name, told(name))
     try:
         yield
     finally:
-        os._exit = end_at_once
+        for name, function in ends.items():
+            setattr(os, name, function)
 
 
 def _ended(path: Path, error: BaseException) -> InputError:

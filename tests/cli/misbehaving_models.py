@@ -28,6 +28,8 @@ MISBEHAVIOURS = (
     Misbehaviour("exit()", 3, ENDED),
     Misbehaviour("import os; os._exit(0)", 3, ENDED),
     Misbehaviour("from os import _exit; _exit(2)", 3, ENDED),
+    Misbehaviour("import os; os.execlp('true', 'true')", 3, ENDED),
+    Misbehaviour("import os; os.abort()", 3, ENDED),
     Misbehaviour("import os; os.fork() or os._exit(0)", 0, "", True),
     Misbehaviour("raise BaseException('odd')", 3, ENDED),
     Misbehaviour("raise GeneratorExit", 3, ENDED),
