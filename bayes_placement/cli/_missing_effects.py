@@ -9,6 +9,7 @@ from .._types import UsageError
 from ..effects import EFFECTS, Library, library
 from ..effects.library import classes_named, nearest_name, unknown_effect
 from ..experiment.experiment import Experiment, Measurements
+from ..experiment.modal_parameters import ModalParameters
 from ..io.model import Study
 from ..positions.names import is_printable
 from ._inputs import Inputs, read_inputs, read_measurement
@@ -98,15 +99,15 @@ class Request:
     def earlier(self, study: Study) -> Measurements | None:
         """What was measured in an earlier state; None where there is none.
 
-        That of a study counts for FRFs alone: modal parameters of two states are not compared.
+        That of a study counts where it is of the same kind: FRFs, or modal parameters.
         """
         if self.alone:
             return None
         if self.baseline is not None:
             return read_measurement(self.baseline)
-        if study.experiment.observe.is_modal:
-            return None
-        return study.baseline or next(iter(study.states.values()), None)
+        earlier = study.baseline or next(iter(study.states.values()), None)
+        is_modal = isinstance(earlier, ModalParameters)
+        return earlier if is_modal == study.experiment.observe.is_modal else None
 
     def search(self, command: str, function: Callable[..., Result], inputs: Inputs) -> Result:
         """Return what `explain` or `improve` finds in one measurement, and a baseline if any.

@@ -153,6 +153,12 @@ class Scales:
         return not self.setup.actuator
 
     @property
+    def modes_observed(self) -> int:
+        """Number of the lowest elastic modes among which are all that modal parameters are of."""
+        observe = self.setup.observe
+        return max(observe.number or (observe.values.shape[1],)) if observe.is_modal else 1
+
+    @property
     def quantity(self) -> str:
         """Motion that is observed: displacement, velocity or acceleration."""
         return str(self.setup.observe.quantity)

@@ -141,7 +141,11 @@ class Modal:
         rigid = modes.rigid_body_modes
         natural = np.asarray(compiled(_natural_frequency)(modes))[rigid:]
         count, damped = (
-            min(natural.size, self.modes or max(1, int(np.sum(natural < margin * scales.band[1]))))
+            min(
+                natural.size,
+                self.modes
+                or max(scales.modes_observed, int(np.sum(natural < margin * scales.band[1]))),
+            )
             for margin in _margins(scales)
         )
         return ModalErrors(

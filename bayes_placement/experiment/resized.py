@@ -131,16 +131,21 @@ def _noise_at(noise: Noise | None, chosen: np.ndarray, size: int) -> Noise | Non
     return Gaussian(sigma[..., chosen]) if sigma.shape[-1:] == (size,) else noise
 
 
-def as_measured(experiment: Experiment, measurement: Measurement) -> Experiment:
+def as_measured(experiment: Experiment, measurement: Measurement | ModalParameters) -> Experiment:
     """Return the experiment with the lines and transducers of a measurement, within its band.
+
+    One that observes modes observes those of the measurement instead, model error included: the
+    lowest of them, as many as have errors there. Sensors of which it has no shape are left out.
 
     Parameters
     ----------
     experiment
         The experiment; its noise must not be stated line by line.
     measurement
-        What was measured, with any lines and some of the channels.
+        What was measured, with any lines and some of the channels, or with other modes.
     """
+    if isinstance(measurement, ModalParameters):
+        return _of_other_modes(experiment, measurement)
     lines, band = np.asarray(measurement.frequency), np.asarray(experiment.frequency)
     margin = 1e-9 * float(band.max())
     inside = lines[(lines >= band.min() - margin) & (lines <= band.max() + margin)]
@@ -163,6 +168,32 @@ def as_measured(experiment: Experiment, measurement: Measurement) -> Experiment:
     if np.array_equal(inside, band):
         return fewer
     return eqx.tree_at(lambda tree: tree.frequency, fewer, inside)
+
+
+def _of_other_modes(experiment: Experiment, measured: ModalParameters) -> Experiment:
+    """The experiment of other modes of the same structure."""
+    shared = [channel for channel in measured.sensors if channel.name in experiment.sensor]
+    fewer = with_only(experiment, sensors={channel.name for channel in shared})
+    observe = Modes(_with_errors(experiment, measured)).on(fewer.sensor_channels)
+    return eqx.tree_at(
+        lambda tree: (tree.observe, tree.frequency), fewer, (observe, observe.lines(None))
+    )
+
+
+def _with_errors(experiment: Experiment, measured: ModalParameters) -> ModalParameters:
+    """The lowest modes, those of which the experiment has errors; all where it is exact."""
+    count = measured.natural_frequency.size
+    if experiment.model_error is None:
+        return measured
+    number = np.arange(1, count + 1) if measured.number is None else np.array(measured.number)
+    erroneous = np.flatnonzero(number <= experiment.model_error.modes)
+    if not erroneous.size:
+        raise InputError(
+            f"The baseline has the modes {', '.join(map(str, number))}, and the model has errors "
+            f"of the first {experiment.model_error.modes}; a mode of both states is needed, since "
+            "what the model does not know cancels between them. Give modes that both have."
+        )
+    return measured.modes(erroneous.tolist())
 
 
 def observing_modes(experiment: Experiment, measured: ModalParameters) -> Experiment:

@@ -6,6 +6,10 @@ import numpy as np
 import pytest
 
 import bayes_placement as bp
+from bayes_placement.cli._missing_effects import Request
+from bayes_placement.cli._result_folder import ResultFolder
+from bayes_placement.cli._run import Output
+from bayes_placement.io.model import Study
 from tests.cli.test_criticism import run, written
 from tests.experiment import modal_bars
 
@@ -50,6 +54,18 @@ def test_places_are_not_compared_by_modes(modes, tmp_path):
     done = run("place", written(tmp_path, MODEL), "--data", modes, "--out", tmp_path / "out")
     assert done.exit_code == 2
     assert "FRFs are needed, since it compares places by FRFs" in " ".join(done.output.split())
+
+
+@pytest.mark.parametrize(("declared", "counts"), [("modes", True), ("frfs", False)])
+def test_the_baseline_of_a_study_counts_where_it_is_of_modes(modes, tmp_path, declared, counts):
+    before = bp.io.modal_parameters.read(modes)
+    channels = {"sensors": ["s0"], "actuators": ["a1"], "quantity": "mobility"}
+    frfs = bp.Measurement.from_arrays(np.ones((1, 1, 1), complex), [150.0], **channels)
+    experiment = modal_bars.experiment(before, PLACES)
+    baseline = {"modes": before, "frfs": frfs}[declared]
+    study = Study(experiment, before, None, {}, baseline=baseline)
+    asked = Request(modes, None, None, Output(ResultFolder(tmp_path, tmp_path)), None)
+    assert asked.earlier(study) is (before if counts else None)
 
 
 @pytest.mark.long

@@ -4,6 +4,7 @@ All that is unknown is shared, model error included: what the model does not kno
 """
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,6 @@ from ...effects.amplitude_attachment import can_act_together
 from ...effects.effect import Effect
 from ...effects.library import Library, kind_of
 from ...experiment.experiment import Experiment, Measurements
-from ...experiment.measurement import Measurement
 from ...experiment.modal_parameters import ModalParameters
 from ...experiment.model_error import ModalErrors
 from ...experiment.resized import as_measured
@@ -34,20 +34,21 @@ from ._search import NARROW, VARIANTS_WITH_ERRORS
 
 def state_of(experiment: Experiment, measurement: Measurements) -> State:
     """An earlier state of an experiment, with the lines and transducers that were measured."""
-    if isinstance(measurement, ModalParameters) or experiment.observe.is_modal:
+    if isinstance(measurement, ModalParameters) != experiment.observe.is_modal:
         raise InputError(
-            "An earlier state was given with modal parameters; FRFs of both states are needed, "
-            "since the modes of each are paired by an observation of its own. Explain each state "
-            "by itself, bp.explain(experiment, modes), or observe FRFs."
+            "An earlier state was given with modal parameters, and the later one with FRFs, or the "
+            "other way round; the same is needed of both, since what the model does not know has "
+            "to cancel. Give modal parameters of both, with observe=observe.Modes(later), or FRFs."
         )
-    if not isinstance(measurement, Measurement) and not measurement:
+    if isinstance(measurement, Sequence) and not measurement:
         raise InputError(
             "baseline=[] was given; one measurement is needed, or one for each force level, since "
             "the later state is compared with it. Leave it out where there is none: baseline=None."
         )
-    first = measurement if isinstance(measurement, Measurement) else measurement[0]
+    first = measurement[0] if isinstance(measurement, Sequence) else measurement
     earlier = as_measured(experiment, first)
-    return State(earlier, earlier.data(measurement))
+    observed = earlier.observe.stated()
+    return State(earlier, earlier.data(measurement) if observed is None else observed)
 
 
 def fitted_baseline(baseline: State, errors: ModalErrors | None) -> Hypothesis:

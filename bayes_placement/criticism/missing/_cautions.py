@@ -38,6 +38,7 @@ def cautions(hypothesis: Hypothesis, sampled: SampledPosterior | None) -> tuple[
 def cautions_of_fit(hypothesis: Hypothesis) -> tuple[str, ...]:
     """Return those of the fit alone, without draws of its posterior."""
     return (
+        *_one_state_of_modes(hypothesis),
         *_sizes_at_bounds(hypothesis),
         *_as_good_elsewhere(hypothesis),
         *_reached_once(hypothesis),
@@ -81,6 +82,18 @@ def _sizes_at_bounds(hypothesis: Hypothesis) -> Iterator[str]:
                 "error is no rival then, so that effects are claimed too easily. Look at the model "
                 "first; or widen that prior of model_error=bp.model_error.Modal()."
             )
+
+
+def _one_state_of_modes(hypothesis: Hypothesis) -> Iterator[str]:
+    """Say what modes of one state do not tell, where a model error alone explains them."""
+    problem = hypothesis.problem
+    is_one = problem.baseline is None and problem.experiment.observe.is_modal
+    if is_one and hypothesis.has_errors and not hypothesis.effects:
+        yield (
+            "A model error explains the modes of this one state, which do not tell it from a "
+            "change of the structure: a mode has one frequency, and either moves it. Give modes of "
+            "an earlier state, between which and these a model error cancels: baseline=before."
+        )
 
 
 def _as_good_elsewhere(hypothesis: Hypothesis) -> Iterator[str]:

@@ -22,7 +22,9 @@ from ..._types import (
 from ...effects.library import Library, kind_of
 from ...experiment.data_checks.signal import check_signal
 from ...experiment.experiment import Experiment, Measurements
+from ...experiment.modal_parameters import ModalParameters
 from ...experiment.model_error import Modal
+from ...experiment.resized import as_measured
 from ...inference.chi2 import LEVEL
 from ...inference.record import record
 from ..kept_fits import fits_kept_in
@@ -221,13 +223,21 @@ class _Search(NamedTuple):
         between = None
         for number, label in enumerate(later):
             share = _share(progress, number, len(later))
-            improved[label] = self.of(states[label], states[first], share, between)
+            improved[label] = self._in(states[label]).of(
+                states[label], states[first], share, between
+            )
             between = improved[label].best
         return LedgerOfStates(
             baseline=first,
             ledgers={label: state.ledger for label, state in improved.items()},
             courses=courses_of({label: state.claims for label, state in improved.items()}),
         )
+
+    def _in(self, measurement: Measurements) -> "_Search":
+        """The search in a state, whose modes the experiment observes where it observes modes."""
+        if not isinstance(measurement, ModalParameters):
+            return self
+        return self._replace(experiment=as_measured(self.experiment, measurement))
 
 
 class _Improved(NamedTuple):

@@ -76,13 +76,19 @@ def reach(
     """
     check_experiment(experiment, "reach")
     check_signal(experiment, measurement)
+    is_modal = experiment.observe.is_modal
+    if is_modal and baseline is not None:
+        raise InputError(
+            "baseline= was given with modal parameters; one state of them is needed, since no law "
+            "is read from modes, and effects at every place are fitted to that state. What is new "
+            "is told by bp.explain(experiment, modes, baseline=before)."
+        )
     data = experiment.data(measurement)
     if baseline is None:
         known = null = null_hypothesis(experiment.with_errors(None), data)
     else:
         known = _as_before(experiment, data, baseline, model_error)
         null = nothing_new(known)
-    is_modal = experiment.observe.is_modal
     if not is_modal and not can_be_reached(known.problem):
         raise InputError(
             f"{experiment.observe!r} was given; FRFs at one force level are needed, and no effect "

@@ -156,9 +156,9 @@ def test_a_baseline_of_other_channels_is_refused(before):
         state_of(experiment(), renamed)
 
 
-def test_modal_parameters_as_a_baseline_are_a_wrong_argument(before):
+def test_modal_parameters_beside_frfs_are_a_wrong_argument(before):
     modes = bp.ModalParameters([160.0], [0.1])
-    with pytest.raises(InputError, match="FRFs of both states are needed") as refused:
+    with pytest.raises(InputError, match="the same is needed of both") as refused:
         improve(experiment(), before, baseline=modes)
     assert refused.type is InputError, "another method would not help"
 
