@@ -630,6 +630,16 @@ def calls_of_experiment():
                     other=np.stack([np.eye(3), np.eye(3)]),
                     flat=np.eye(3),
                 ),
+                "correlation": array(np.eye(2), "nothing", flat=[1.0, 1.0], same=np.ones((2, 2))),
+                "number": of("things", [1, 2], "nothing", "of others", none=[], half=[0.5, 1.0]),
+            },
+        ),
+        "ModalParameters.from_repeats": Call(
+            bp.ModalParameters.from_repeats,
+            {
+                "natural_frequency": array(REPEATS, few=REPEATS[:3], one=REPEATS[0]),
+                "damping_ratio": array(1e-4 * REPEATS, "nothing", turned=REPEATS.T),
+                "of_one": flag(False),
                 "number": of("things", [1, 2], "nothing", "of others", none=[], half=[0.5, 1.0]),
             },
         ),
@@ -654,6 +664,10 @@ def calls_of_experiment():
             },
         ),
     }
+
+
+REPEATS = np.array([160.0, 330.0]) + np.random.default_rng(0).normal(size=(6, 2))
+"""Natural frequencies of two modes [Hz] in six repeats."""
 
 
 def modal_parameters():

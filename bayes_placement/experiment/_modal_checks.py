@@ -131,6 +131,62 @@ def covariance(matrices: Any, values: np.ndarray, labels: Sequence[str]) -> np.n
     return complete
 
 
+def correlation(matrix: Any, covariance: np.ndarray) -> np.ndarray:
+    """Return the correlation of natural frequencies between modes; the identity for None.
+
+    Raises
+    ------
+    InputError
+        If it is none, or the natural frequency of a mode is correlated with its other rows too.
+    """
+    count = len(covariance)
+    if matrix is None:
+        return np.eye(count)
+    numbers = _numbers("correlation", matrix)
+    is_one = numbers.shape == (count, count) and np.allclose(np.diag(numbers), 1, rtol=1e-6)
+    symmetric = is_one and np.allclose(numbers, numbers.T, rtol=1e-6)
+    values = np.linalg.eigvalsh(numbers) if symmetric else np.zeros(1)
+    if values[0] < ROUNDING * values[-1] or values[-1] == 0:
+        raise InputError(
+            f"correlation={shown(matrix)} was given; a symmetric, positive definite matrix (mode, "
+            f"mode) = {(count, count)} with ones on its diagonal is needed, as of errors that are "
+            "not all the same: correlation=np.corrcoef(repeats, rowvar=False)."
+        )
+    if np.any(numbers != np.eye(count)) and np.any(covariance[:, 0, 1:]):
+        raise InputError(
+            "correlation= of natural frequencies between modes was given beside a covariance of "
+            "them with the damping or shape of their own; one of them is needed, since errors are "
+            "made independent mode by mode or between modes. Leave out correlation=."
+        )
+    return numbers
+
+
+def repeats(argument: str, values: Any, shape: tuple[int, ...] | None) -> np.ndarray:
+    """Return repeats (repeat, mode), of this shape where one is given.
+
+    Raises
+    ------
+    InputError
+        If they have another, are not all finite, or are fewer than modes and two.
+    """
+    array = _numbers(argument, values)
+    wrong = array.ndim != 2 or array.shape != (shape or array.shape)
+    if wrong or not np.all(np.isfinite(array)):
+        raise InputError(
+            f"{argument}={shown(values)} was given, of shape {array.shape}; finite numbers of "
+            f"shape {shape or '(repeat, mode)'} are needed, since a mean and a scatter is taken of "
+            "each mode. Leave out repeats in which a mode was not found."
+        )
+    if len(array) < array.shape[1] + 2:
+        raise InputError(
+            f"{len(array)} repeats of {array.shape[1]} modes were given; {array.shape[1] + 2} or "
+            "more are needed, since fewer do not tell how the errors of all modes are correlated. "
+            f"Take fewer modes, natural_frequency[:, :{max(1, len(array) - 2)}], or state "
+            "deviations: ModalParameters(mean, deviation)."
+        )
+    return array
+
+
 def damping(ratio: np.ndarray) -> None:
     """Refuse damping ratios [1] that are not between -1 and 1."""
     outside = ratio[np.abs(ratio) >= 1]

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from .._types import check_annotated
 from ..positions.channel import Channel, Channels, check_distinct, match, parsed
 from ..positions.reprs import notebook_html
 from . import _modal_checks as checks
@@ -44,7 +45,10 @@ class ModalParameters:
     covariance
         For each mode the covariance of its natural frequency, its damping ratio and its shape, of
         shape (mode, 2 + channels, 2 + channels), in the place of deviations; rows and columns of
-        what is unknown are not read. Errors of two modes are independent.
+        what is unknown are not read.
+    correlation
+        Correlation of the errors of natural frequencies between modes [1], of shape (mode, mode);
+        None where they are independent, as all other errors of two modes are.
     number
         Number of each mode among the elastic modes of the model, from 1; None where it is found by
         comparing shapes and frequencies.
@@ -53,7 +57,8 @@ class ModalParameters:
     ------
     InputError
         If shapes of arrays do not agree, a value is out of its range, something measured has no
-        positive deviation, or shapes are complex: `ModalParameters.of_complex_shapes` takes these.
+        positive deviation, natural frequencies are correlated with other modes and with damping or
+        shapes as well, or shapes are complex: `ModalParameters.of_complex_shapes` takes these.
 
     Examples
     --------
@@ -70,6 +75,7 @@ class ModalParameters:
 
     values: np.ndarray
     covariance: np.ndarray
+    correlation: np.ndarray
     sensors: tuple[Channel, ...]
     number: tuple[int, ...] | None
 
@@ -84,6 +90,7 @@ class ModalParameters:
         shape_deviation: Any = None,
         sensors: Channels = (),
         covariance: Any = None,
+        correlation: Any = None,
         number: Any = None,
     ):
         channels = parsed(sensors)
@@ -115,7 +122,9 @@ class ModalParameters:
         checks.agree(covariance, errors)
         known = checks.covariance(covariance, values, [channel.label for channel in channels])
         checks.damping(values[DAMPING])
-        for name, array in (("values", values), ("covariance", known)):
+        between = checks.correlation(correlation, known)
+        arrays = {"values": values, "covariance": known, "correlation": between}
+        for name, array in arrays.items():
             array.setflags(write=False)
             object.__setattr__(self, name, array)
         object.__setattr__(self, "sensors", channels)
@@ -160,7 +169,7 @@ class ModalParameters:
         sign = np.array([1.0, 1.0, *(row.sign for row in rows)])
         values = self.values[pick] * sign[:, None]
         covariance = self.covariance[:, pick[:, None], pick] * np.outer(sign, sign)
-        return self._with(values, covariance, tuple(row.channel for row in rows), self.number)
+        return self._with(values, covariance, tuple(row.channel for row in rows))
 
     def modes(self, chosen: Sequence[int]) -> "ModalParameters":
         """Return some of the modes, by their places from 0.
@@ -172,20 +181,87 @@ class ModalParameters:
         """
         places = checks.places(chosen, self.natural_frequency.size)
         number = None if self.number is None else tuple(self.number[place] for place in places)
-        return self._with(self.values[:, places], self.covariance[places], self.sensors, number)
+        return self._with(
+            self.values[:, places],
+            self.covariance[places],
+            self.sensors,
+            number=number,
+            correlation=self.correlation[np.ix_(places, places)],
+        )
 
     def without_shapes(self) -> "ModalParameters":
         """Return the natural frequencies and damping ratios alone."""
-        return self._with(self.values[:SHAPE], self.covariance[:, :SHAPE, :SHAPE], (), self.number)
+        return self._with(self.values[:SHAPE], self.covariance[:, :SHAPE, :SHAPE], ())
 
-    def _with(self, values: Any, covariance: Any, sensors: Any, number: Any) -> "ModalParameters":
+    def _with(
+        self, values: Any, covariance: Any, sensors: Any, **of_modes: Any
+    ) -> "ModalParameters":
+        kept = {"number": self.number, "correlation": self.correlation} | of_modes
         return ModalParameters(
             values[FREQUENCY],
             damping_ratio=values[DAMPING],
             shape=values[SHAPE:] if sensors else None,
             sensors=sensors,
             covariance=covariance,
+            **kept,
+        )
+
+    @classmethod
+    def from_repeats(
+        cls,
+        natural_frequency: Any,
+        damping_ratio: Any = None,
+        *,
+        of_one: bool = False,
+        number: Any = None,
+    ) -> "ModalParameters":
+        """Make modal parameters of repeats, whose scatter shows the errors and their correlation.
+
+        Values are the means of the repeats. Errors are those of the means: the covariance of the
+        repeats over their number, if each repeat has errors of its own. Natural frequencies that
+        rise and fall together, as with the temperature, are correlated between modes; damping
+        ratios are taken for independent.
+
+        Parameters
+        ----------
+        natural_frequency
+            Natural frequencies [Hz] of shape (repeat, mode); two repeats more than modes at least.
+        damping_ratio
+            Damping ratios [1] of the same shape; None for none.
+        of_one
+            Whether errors are those of one repeat, as where all repeats of a state share what
+            differs between states: the weather of that week.
+        number
+            As of `ModalParameters`.
+
+        Raises
+        ------
+        InputError
+            As `ModalParameters`, and if there are too few repeats.
+
+        Examples
+        --------
+        >>> warmth = np.random.default_rng(0).normal(size=(9, 1))
+        >>> repeats = np.array([160.0, 330.0]) * (1 + 1e-3 * warmth + 1e-4 * warmth[::-1] * [1, -1])
+        >>> bp.ModalParameters.from_repeats(repeats, number=[1, 2]).correlation[0, 1].round(2)
+        np.float64(0.98)
+        """
+        check_annotated("of_one", of_one, bool)
+        frequency = checks.repeats("natural_frequency", natural_frequency, None)
+        covariance = np.atleast_2d(np.cov(frequency, rowvar=False))
+        scatter = np.sqrt(np.diag(covariance))
+        count = 1 if of_one else len(frequency)
+        damping: dict[str, Any] = {}
+        if damping_ratio is not None:
+            ratio = checks.repeats("damping_ratio", damping_ratio, frequency.shape)
+            deviation = ratio.std(axis=0, ddof=1) / np.sqrt(count)
+            damping = {"damping_ratio": ratio.mean(axis=0), "damping_ratio_deviation": deviation}
+        return cls(
+            frequency.mean(axis=0),
+            scatter / np.sqrt(count),
+            correlation=covariance / np.where(scatter > 0, np.outer(scatter, scatter), 1.0),
             number=number,
+            **damping,
         )
 
     @classmethod

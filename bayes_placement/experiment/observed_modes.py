@@ -58,7 +58,8 @@ class Modes(Observation):
     one datum of each shape. That of the channel most certain is taken, and what is left is turned
     so that the errors of all others remain independent: the residual of a channel is its error
     over its deviation, as far as the scale leaves it. Errors that a covariance correlates are made
-    independent by the inverse root of their correlation.
+    independent by the inverse root of their correlation, and so are those of natural frequencies
+    that are correlated between modes.
 
     Poles are those of the damped structure with all that is attached, the sensors included, which
     are taken for mounted all the time. No actuator is needed or known.
@@ -94,6 +95,8 @@ class Modes(Observation):
     values: Float[np.ndarray, "row mode"]
     errors: Float[np.ndarray, "mode row row"]
     root: Float[np.ndarray, "mode row row"] = eqx.field(repr=False)
+    correlation: Float[np.ndarray, "mode mode"] = eqx.field(repr=False)
+    root_between: Float[np.ndarray, "mode mode"] = eqx.field(repr=False)
     present: Bool[np.ndarray, "row mode"] = eqx.field(repr=False)
     reference: Int[np.ndarray, "mode"] = eqx.field(repr=False)
     number: tuple[int, ...] | None = eqx.field(static=True)
@@ -112,6 +115,8 @@ class Modes(Observation):
         self.values = np.where(self.present, measured.values, 0.0)
         self.errors = measured.covariance
         self.root = _inverse_roots(measured.covariance)
+        self.correlation = measured.correlation
+        (self.root_between,) = _inverse_roots(measured.correlation[None])
         self.reference = _references(measured)
         self.number = measured.number
         self.channels = measured.sensors
@@ -144,6 +149,7 @@ class Modes(Observation):
             shape=values[SHAPE:] if self.channels else None,
             sensors=self.channels,
             covariance=self.errors,
+            correlation=self.correlation,
             number=self.number,
         )
 
@@ -166,7 +172,7 @@ class Modes(Observation):
             "bp.infer(experiment, modes) with observe=observe.Modes(modes)",
         )
         observed = Modes(measurement).on(self.channels)
-        same = ("values", "errors", "present", "number")
+        same = ("values", "errors", "correlation", "present", "number")
         if not all(np.array_equal(getattr(self, name), getattr(observed, name)) for name in same):
             raise InputError(
                 "Other modal parameters were given than those of observe.Modes; the same are "
@@ -194,7 +200,10 @@ class Modes(Observation):
         modal, _, _ = self._modal(self._oscillator(experiment))
         axes = (1, 1, 1, 1, 0, 0)
         parts = (modal, self.values, self._sigma(), self.present, self.root, self.reference)
-        return jax.vmap(_comparable, axes, 1)(*map(jnp.asarray, parts))[:, None]
+        independent = jax.vmap(_independent, axes, 1)(*map(jnp.asarray, parts))
+        between = jnp.asarray(self.root_between) @ independent[FREQUENCY]
+        independent = independent.at[FREQUENCY].set(between)
+        return (jnp.asarray(self.values) - jnp.asarray(self._sigma()) * independent)[:, None]
 
     def of_model(self, experiment: "Experiment") -> ModesOfModel:
         """Modes of an experiment that are paired with the measured ones, and how alike shapes are.
@@ -302,10 +311,10 @@ def _shapes(oscillator: Oscillator, omega: Array, rigid: int) -> Array:
     return jax.vmap(shape, out_axes=1)(omega[rigid:], jnp.arange(rigid, omega.size))
 
 
-def _comparable(
+def _independent(
     modal: Array, values: Array, sigma: Array, present: Array, root: Array, reference: Array
 ) -> Float[Array, "row"]:
-    """Outputs of one mode of which the scale of the shape is eliminated.
+    """Errors of one mode over their deviations, of which the scale of the shape is eliminated.
 
     With e the errors over their deviations, made independent, and b the shape the same way, the
     scale of least squares leaves r = e - a a'e, a = b / |b|. The turn in the plane of a and the
@@ -324,8 +333,7 @@ def _comparable(
     unit = unit * jnp.where(jnp.sum(unit * at_reference) < 0, -1.0, 1.0)
     residual = error - unit * (unit @ error)
     share = jnp.sum(residual * at_reference) / (1 + jnp.sum(unit * at_reference))
-    turned = jnp.where(at_reference, 0.0, residual - unit * share)
-    return values - sigma * turned
+    return jnp.where(at_reference, 0.0, residual - unit * share)
 
 
 def _turned(shape: Inexact[Array, "channel mode"], present: Any) -> Float[Array, "channel mode"]:

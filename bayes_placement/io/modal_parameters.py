@@ -153,8 +153,8 @@ def write(modal_parameters: ModalParameters, path: str | Path) -> Path:
     >>> bp.io.modal_parameters.write(modes, "modes.csv").read_text().split(",")[:2]
     ['natural_frequency [Hz]', 'natural_frequency_deviation [Hz]']
     """
-    covariance = modal_parameters.covariance
-    if np.any(covariance * (1 - np.eye(covariance.shape[1]))):
+    matrices = (*modal_parameters.covariance, modal_parameters.correlation)
+    if any(np.any(matrix - np.diag(np.diag(matrix))) for matrix in matrices):
         raise InputError(
             "Modal parameters with correlated errors were to be written as a table; independent "
             "ones are needed, since a table has room for standard deviations alone. Keep the "

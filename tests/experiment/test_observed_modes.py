@@ -4,6 +4,8 @@ import jax
 import numpy as np
 import numpyro.distributions as dist
 import pytest
+from numpyro.infer.util import log_density
+from scipy.stats import multivariate_normal
 
 import bayes_placement as bp
 from bayes_placement._compiled import compiled
@@ -89,6 +91,70 @@ def test_residuals_are_those_of_a_least_squares_fit_of_the_scale():
         least -= (direction @ weight @ offset) ** 2 / (direction @ weight @ direction)
         np.testing.assert_allclose(squares[mode], least, rtol=1e-3)
     assert np.asarray(data.measured).sum() == 2 * 5
+
+
+def test_repeats_give_the_gaussian_density_of_their_covariance():
+    """Frequencies of a bar in proportion to the root of its modulus, closed form."""
+    natural = poles(3)[0]
+    drawn = np.random.default_rng(4).standard_normal((12, 4)) @ np.c_[np.eye(4)[:, 1:], np.ones(4)]
+    repeats = natural * (1 + 1e-3 * drawn[:, :3] + 1e-3 * drawn[:, 3:])
+    ratio = 0.01 + 1e-4 * np.random.default_rng(5).standard_normal((12, 3))
+    modes = bp.ModalParameters.from_repeats(repeats, ratio, number=[1, 2, 3])
+    covariance = np.cov(repeats, rowvar=False) / 12
+    stated = np.outer(modes.deviation[0], modes.deviation[0]) * modes.correlation
+    np.testing.assert_allclose(stated, covariance, rtol=1e-12)
+    one = bp.ModalParameters.from_repeats(repeats, of_one=True, number=[1, 2, 3])
+    np.testing.assert_allclose(one.deviation[0], np.sqrt(12) * modes.deviation[0])
+    declared = experiment(modes, [], ratio=dist.Uniform(0.0, 0.02), modulus=unknown_modulus())
+    names = ("structure.modes.youngs_modulus", "structure.damping.ratio")
+    stiffened = (1.0, 1.004)
+    densities = [
+        log_density(declared.model, (modes,), {}, dict(zip(names, values, strict=True)))[0]
+        for values in ((MODULUS * factor, 0.01) for factor in stiffened)
+    ]
+    exact = [
+        multivariate_normal(modes.natural_frequency, covariance).logpdf(natural * np.sqrt(factor))
+        for factor in stiffened
+    ]
+    np.testing.assert_allclose(np.diff(densities), np.diff(exact), rtol=2e-3)
+    chosen = experiment(modes.modes([0, 2]), [])
+    np.testing.assert_allclose(chosen.observe.correlation[0, 1], modes.correlation[0, 2])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"natural_frequency": [160.0, 330.0]}, "finite numbers of shape"),
+        ({"natural_frequency": np.ones((3, 2))}, "3 repeats of 2 modes were given; 4 or more"),
+        (
+            {"natural_frequency": np.ones((6, 2)), "damping_ratio": np.ones((6, 1))},
+            "damping_ratio=.* was given, of shape",
+        ),
+    ],
+)
+def test_repeats_that_do_not_tell_errors_are_refused(arguments, words):
+    with pytest.raises(InputError, match=words):
+        bp.ModalParameters.from_repeats(**arguments)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"correlation": [[1.0, 1.0], [1.0, 1.0]]}, "positive definite matrix"),
+        (
+            {
+                "correlation": [[1.0, 0.5], [0.5, 1.0]],
+                "covariance": np.array([[1.0, 0.01], [0.01, 1.0]]) * np.ones((2, 1, 1)),
+                "damping_ratio": [0.01, 0.01],
+            },
+            "Leave out correlation=",
+        ),
+    ],
+)
+def test_correlations_that_are_none_are_refused(changes, words):
+    deviation = None if "covariance" in changes else [1.0, 1.0]
+    with pytest.raises(InputError, match=words):
+        bp.ModalParameters([160.0, 330.0], deviation, **changes)
 
 
 @pytest.mark.long
