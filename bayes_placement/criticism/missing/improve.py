@@ -235,9 +235,9 @@ class _Search(NamedTuple):
 
     def _in(self, measurement: Measurements) -> "_Search":
         """The search in a state, whose modes the experiment observes where it observes modes."""
-        if not isinstance(measurement, ModalParameters):
-            return self
-        return self._replace(experiment=as_measured(self.experiment, measurement))
+        if self.experiment.observe.is_modal and isinstance(measurement, ModalParameters):
+            return self._replace(experiment=as_measured(self.experiment, measurement))
+        return self
 
 
 class _Improved(NamedTuple):

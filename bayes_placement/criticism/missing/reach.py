@@ -79,9 +79,9 @@ def reach(
     is_modal = experiment.observe.is_modal
     if is_modal and baseline is not None:
         raise InputError(
-            "baseline= was given with modal parameters; one state of them is needed, since no law "
-            "is read from modes, and effects at every place are fitted to that state. What is new "
-            "is told by bp.explain(experiment, modes, baseline=before)."
+            "baseline= was given with modal parameters; FRFs of both states are needed, since no "
+            "law is read from modes. What is new in them is told by bp.explain(experiment, modes, "
+            "baseline=before)."
         )
     data = experiment.data(measurement)
     if baseline is None:

@@ -10,6 +10,7 @@ from bayes_placement.criticism.missing._before_and_after import over_both, state
 from bayes_placement.criticism.missing._cautions import cautions_of_fit
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis, with_errors
 from bayes_placement.inference.residuals_of_state import State
+from tests.criticism import small
 from tests.experiment import modal_bars
 
 PLACES = (0.12, 0.27, 0.43, 0.81)
@@ -89,6 +90,6 @@ def test_each_measured_mode_has_an_error_though_it_fell_by_an_eighth():
     assert errors.modes == MODES
 
 
-def test_reach_is_asked_of_one_state_of_modes():
-    with pytest.raises(InputError, match="one state of them is needed"):
-        bp.reach(observing(state(2)), state(2), baseline=state(1))
+def test_states_of_modes_are_not_those_of_an_experiment_of_frfs():
+    with pytest.raises(InputError, match="measured FRFs are needed"):
+        bp.improve(small.experiment(), {"new": state(1), "again": state(3)})
