@@ -23,6 +23,7 @@ from .experiment import (
     noise,
     observe,
 )
+from .experiment.identification.identify import identify
 from .explorer import explore
 from .inference import engines, marginals
 from .inference.infer import infer
@@ -53,6 +54,7 @@ __all__ = [
     "explain",
     "explore",
     "finite_elements",
+    "identify",
     "improve",
     "infer",
     "information",

@@ -1161,6 +1161,18 @@ def alternative(label):
     return bp.information.Alternative(label, 0.5, known_sensor(), posterior())
 
 
+def resonance():
+    """A computed FRF with one peak."""
+    lines = np.arange(50.0, 150.0, 0.5)
+    frf = 1 / (100.0**2 - lines**2 + 2j * lines)
+    one = {"sensors": ["s1"], "actuators": ["a1"], "quantity": "receptance"}
+    return bp.Measurement.from_arrays(frf, lines, **one)
+
+
+FLAT = measurement()
+"""FRFs without a peak."""
+
+
 def calls_of_verbs():
     key = {"key": of("count", 0, "zero", "negative")}
     progress = {"progress": function(lambda share: None)}
@@ -1212,6 +1224,14 @@ def calls_of_verbs():
         "infer": Call(bp.infer, infer),
         "simulate": Call(
             bp.simulate, {"experiment": thing(known_sensor()), "draws": count(3), **key}
+        ),
+        "identify": Call(
+            bp.identify,
+            {
+                "measurement": thing(resonance(), path="measured.uff", flat=FLAT),
+                "shapes_at": of("word", "sensors"),
+                "number": of("things", [1], "nothing", "of others", none=[], two=[1, 2]),
+            },
         ),
         "check": Call(
             bp.check, {"posterior": thing(posterior()), "level": level, "bands": count(3)}

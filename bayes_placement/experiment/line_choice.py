@@ -81,6 +81,14 @@ def resonances(runs: Sequence["Measurement"]) -> Int[np.ndarray, "peak"]:
     return np.asarray(peaks[(apart <= np.reshape(widths, (-1, 1))).any(axis=1)])
 
 
+def peaks_at_ends(run: "Measurement") -> Int[np.ndarray, "peak"]:
+    """Numbers of the lines at peaks that would stand out if FRFs vanished beyond the lines."""
+    prominence = np.maximum(np.log(PROMINENCE), DEVIATIONS * _indicator_deviation([run]))
+    found = _peaks(np.pad(mode_indicator([run]), 1), np.pad(prominence, 1)) - 1
+    inner = found[(found > 0) & (found < run.frequency.size - 1)]
+    return np.setdiff1d(inner, resonances([run]))
+
+
 def _peaks(indicator: Spectrum, prominence: Spectrum) -> Int[np.ndarray, "peak"]:
     """Peaks of an indicator whose log stands out by its prominence above the nearest valley."""
     level = np.log(np.maximum(indicator, np.finfo(float).tiny))

@@ -1,0 +1,1 @@
+"""Modal parameters from measured FRFs, without a model."""

@@ -1,0 +1,76 @@
+"""The shape of a mode from its residues: a product of shape and participation, with its errors."""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Complex, Float
+
+ROUNDS = 30
+"""Rounds of alternating least squares."""
+
+
+class ShapeFit(NamedTuple):
+    """Complex shape of a mode at the channels of one side.
+
+    Parameters
+    ----------
+    shape
+        The shape, of any scale and phase.
+    of_residues
+        What each residue that was measured contributes to it, to first order.
+    squares, freedom
+        Sum of |residue - product|^2 over their variances, and its complex degrees of freedom.
+    """
+
+    shape: Complex[np.ndarray, "channel"]
+    of_residues: Complex[np.ndarray, "channel pair"]
+    squares: float
+    freedom: int
+
+    @property
+    def excess(self) -> float:
+        """Scatter about the product over the variances; 1 at least, or where nothing is left."""
+        return max(1.0, self.squares / max(self.freedom, 1))
+
+
+def shape_of(
+    residue: Complex[np.ndarray, "pair"],
+    variance: Float[np.ndarray, "pair"],
+    measured: Bool[np.ndarray, "channel other"],
+) -> ShapeFit:
+    """Fit residues [channel, other] by a product of a number for each channel of either side.
+
+    The product has no scale of its own: the change of least size is that which the residues tell.
+
+    Parameters
+    ----------
+    residue, variance
+        Residues of the pairs that were measured, and their variances.
+    measured
+        Which pairs these are.
+    """
+    rows, columns = np.nonzero(measured)
+    table, weight = np.zeros(measured.shape, complex), np.zeros(measured.shape)
+    table[measured], weight[measured] = residue, 1 / variance
+    other = np.linalg.svd(table)[2][0]
+    for _ in range(ROUNDS):
+        shape = _shares(table, weight, other)
+        other = _shares(table.T, weight.T, shape)
+    product = np.zeros((residue.size, sum(measured.shape)), complex)
+    pairs = np.arange(residue.size)
+    product[pairs, rows] = other[columns]
+    product[pairs, len(measured) + columns] = shape[rows]
+    root = np.sqrt(1 / variance)
+    inverse = np.linalg.pinv(root[:, None] * product) * root
+    left = np.abs(residue - shape[rows] * other[columns]) ** 2
+    used = measured.any(axis=1).sum() + measured.any(axis=0).sum() - 1
+    return ShapeFit(
+        shape, inverse[: len(measured)], float(np.sum(left / variance)), residue.size - int(used)
+    )
+
+
+def _shares(table: np.ndarray, weight: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Numbers of the rows of least squares, those of the columns being known; 0 for empty rows."""
+    above = (weight * table) @ other.conj()
+    below = weight @ np.abs(other) ** 2
+    return np.asarray(above / np.where(below > 0, below, 1.0))
