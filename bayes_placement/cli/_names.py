@@ -15,4 +15,5 @@ else:  # names of the registries are only known when this runs
     MarginalName = Literal[tuple(names(marginals))]
 
 EstimatorName = Literal["kde", "exact", "expected-gain", "separation"]
+SideName = Literal["sensors", "actuators"]
 SearchName = Literal["exhaustive", "sequential", "forward", "evolutionary"]

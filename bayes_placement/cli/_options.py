@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from ._names import EngineName, EstimatorName, FitEngineName, MarginalName, SearchName
+from ._names import EngineName, EstimatorName, FitEngineName, MarginalName, SearchName, SideName
 
 Study = Annotated[
     Path,
@@ -244,6 +244,17 @@ ShownData = Annotated[
         metavar="FILE",
         help="Measured FRFs that are drawn with the model as it is drawn, nothing fitted. Default: "
         "the model's `measurement`, drawn alone.",
+    ),
+]
+MeasuredFile = Annotated[
+    Path,
+    typer.Argument(metavar="FILE", help="Measured FRFs, in any of the formats of --data."),
+]
+ShapesAt = Annotated[
+    SideName,
+    typer.Option(
+        help="Where shapes are told: at the sensors, or at the actuators, as where a hammer went "
+        "from place to place."
     ),
 ]
 NewFolder = Annotated[

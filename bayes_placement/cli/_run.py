@@ -12,8 +12,9 @@ import xarray as xr
 
 from .._files import write_atomically, write_csv, write_json
 from .._processes import begun_in_helper
+from ..experiment.modal_parameters import ModalParameters
 from ..inference.record import now, versions
-from ..io import netcdf
+from ..io import modal_parameters, netcdf
 from ..io.laws import write_law
 from ._errors import MODEL_FAILS
 from ._result_folder import RECORD, ResultFolder, identified, records, source_of
@@ -96,6 +97,10 @@ class Run:
         """Write a law as measured as a universal file."""
         write_law(self.folder / name, table)
         self._note(name)
+
+    def modes(self, name: str, modes: ModalParameters) -> None:
+        """Write modal parameters with their covariances."""
+        self._write(name, partial(modal_parameters.write, modes))
 
     def json(self, name: str, content: Mapping[str, Any]) -> None:
         """Write numbers and words, with the record of the run, as JSON."""

@@ -129,6 +129,21 @@ def import_file(output: "Output", path: option.ForeignFile, mapping: option.Mapp
 
 @command(
     app,
+    without=COMPUTING,
+    rich_help_panel=BEGIN,
+    epilog=examples("identify measured.uff", "identify hammer.uff --shapes-at actuators"),
+)
+def identify(
+    output: "Output", data: option.MeasuredFile, shapes_at: option.ShapesAt = "sensors"
+) -> int:
+    """Identify natural frequencies, damping and mode shapes of FRFs, without a model."""
+    from . import identify
+
+    return identify.run(data, shapes_at, output)
+
+
+@command(
+    app,
     rich_help_panel=ASK,
     epilog=examples("update model.py --data measured.uff", "update model.py --engine all"),
 )

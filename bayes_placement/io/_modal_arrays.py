@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from .._types import InputError
+from ..experiment.modal_parameters import ModalParameters
 from ..positions.channel import Channel
 from . import arrays
 
@@ -19,6 +20,8 @@ NAMES = {
 """What the names of arrays look like, in lower case and without the word of a deviation."""
 
 FREQUENCY, DAMPING, SHAPE = NAMES
+WRITTEN = (*NAMES, "covariance", "correlation", "sensors", "number")
+"""Names of the arrays of a file that holds all of modal parameters."""
 
 
 def holds_modes(path: Path) -> bool:
@@ -36,6 +39,8 @@ def load(path: Path, names: dict[int, str]) -> dict[str, Any]:
     Shapes are (channel, mode): columns are modes.
     """
     known = arrays.load(path).arrays
+    if {*WRITTEN} <= known.keys():
+        return _as_written(known, names)
     roles = _roles(known)
     if FREQUENCY not in roles:
         raise InputError(
@@ -59,6 +64,32 @@ def load(path: Path, names: dict[int, str]) -> dict[str, Any]:
     arguments[SHAPE] = None if shape is None else shape[:, order]
     labels = (names.get(number, str(number)) for number in range(1, count + 1))
     return {**arguments, "sensors": tuple(map(Channel.parse, labels))}
+
+
+def arrays_of(modes: ModalParameters) -> dict[str, Any]:
+    """Return arrays that hold all of modal parameters."""
+    number = () if modes.number is None else modes.number
+    return {
+        FREQUENCY: modes.natural_frequency,
+        DAMPING: modes.damping_ratio,
+        SHAPE: modes.shape,
+        "covariance": modes.covariance,
+        "correlation": modes.correlation,
+        "sensors": np.array([channel.label for channel in modes.sensors], dtype=str),
+        "number": np.array(number, dtype=int),
+    }
+
+
+def _as_written(known: dict[str, np.ndarray], names: dict[int, str]) -> dict[str, Any]:
+    """Arguments of `ModalParameters` of what `arrays_of` returned."""
+    labels = [names.get(row, str(label)) for row, label in enumerate(known["sensors"], start=1)]
+    return {
+        **{role: known[role] for role in WRITTEN},
+        **{f"{role}_deviation": None for role in NAMES},
+        SHAPE: known[SHAPE] if labels else None,
+        "sensors": tuple(map(Channel.parse, labels)),
+        "number": known["number"] if known["number"].size else None,
+    }
 
 
 def _ordered(values: np.ndarray | None, order: np.ndarray) -> np.ndarray | None:

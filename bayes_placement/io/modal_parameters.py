@@ -50,7 +50,8 @@ def read(
     Files of arrays (MATLAB, NumPy, HDF5) hold natural frequencies [Hz], damping ratios [1] and
     shapes (channel, mode) under names such as `natural_frequency`, `freqExp` or `fn`;
     `damping_ratio`, `dampExp`, `zeta` or `xi`; `shape`, `psiExp` or `phi`; deviations end in `_std`
-    or `_deviation`. Channels are numbered from 1, or named by `names`.
+    or `_deviation`. Channels are numbered from 1, or named by `names`. Those of `write` hold
+    covariances and names of channels too.
 
     What a file does not say, a mapping may (TOML), which is then read in its place:
 
@@ -133,19 +134,19 @@ def read(
 
 @arguments_checked
 def write(modal_parameters: ModalParameters, path: str | Path) -> Path:
-    """Write modal parameters as a table of text (CSV), which `read` takes.
+    """Write modal parameters as a table of text (CSV) or as arrays (.npz), which `read` takes.
 
     Parameters
     ----------
     modal_parameters
-        What was measured; a table has room for standard deviations alone.
+        What was measured; a table has room for standard deviations alone, arrays for covariances.
     path
-        The file.
+        The file; arrays are written where it ends in .npz.
 
     Raises
     ------
     InputError
-        If errors are correlated.
+        If errors are correlated, and a table is asked for.
 
     Examples
     --------
@@ -153,15 +154,18 @@ def write(modal_parameters: ModalParameters, path: str | Path) -> Path:
     >>> bp.io.modal_parameters.write(modes, "modes.csv").read_text().split(",")[:2]
     ['natural_frequency [Hz]', 'natural_frequency_deviation [Hz]']
     """
+    file = path_of(path)
+    if file.suffix.lower() == ".npz":
+        np.savez(file, **_modal_arrays.arrays_of(modal_parameters))
+        return file
     matrices = (*modal_parameters.covariance, modal_parameters.correlation)
     if any(np.any(matrix - np.diag(np.diag(matrix))) for matrix in matrices):
         raise InputError(
             "Modal parameters with correlated errors were to be written as a table; independent "
-            "ones are needed, since a table has room for standard deviations alone. Keep the "
-            "arrays: numpy.savez(path, covariance=modal_parameters.covariance, ...)."
+            "ones are needed, since a table has room for standard deviations alone. Write arrays: "
+            'bp.io.modal_parameters.write(modes, "modes.npz").'
         )
     columns = _columns(modal_parameters)
-    file = path_of(path)
     with file.open("w", newline="", encoding="utf-8") as stream:
         table = csv.writer(stream)
         table.writerow(columns)
@@ -308,7 +312,7 @@ def _add_deviations(known: dict[str, Any], relative: Mapping[str, float | None])
         "shape_deviation": ("shape", shape),
     }
     for argument, (name, values) in sizes.items():
-        if values is None or known[name + DEVIATION] is not None:
+        if values is None or known[name + DEVIATION] is not None or "covariance" in known:
             continue
         if argument not in relative:
             raise InputError(

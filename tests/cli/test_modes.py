@@ -12,6 +12,7 @@ from bayes_placement.cli._run import Output
 from bayes_placement.io.model import Study
 from tests.cli.test_criticism import run, written
 from tests.experiment import modal_bars
+from tests.experiment.test_identification import measured
 
 PLACES = (0.12, 0.27, 0.43, 0.81)
 MODEL = f"""
@@ -85,3 +86,19 @@ def test_a_model_of_frfs_is_checked_and_completed_by_modes(modes, tmp_path):
     study = bp.io.model.read(saved)
     assert study.experiment.observe.is_modal
     assert [effect.name for effect in study.experiment.effects] == ["point_mass"]
+
+
+def test_modes_of_frfs_are_identified_and_read_again(tmp_path):
+    file, out = tmp_path / "measured.uff", tmp_path / "out"
+    bp.io.uff.write(file, measured(seed=0), binary=True)
+    done = run("identify", file, "--out", out)
+    assert done.exit_code == 0, done.output
+    assert "ModalParameters: 3 modes from 166." in done.output
+    assert f"--data {out / 'modes.npz'}" in " ".join(done.output.split())
+    read = bp.io.modal_parameters.read(out / "modes.npz")
+    expected = bp.identify(bp.io.read_measurement(file))
+    np.testing.assert_allclose(read.covariance, expected.covariance)
+    assert json.loads((out / "run.json").read_text())["identify"]["files"] == [
+        "frequencies_and_damping.csv",
+        "modes.npz",
+    ]

@@ -306,6 +306,28 @@ def test_arrays_that_are_named_as_modal_parameters_are(tmp_path, names, ending):
     assert [channel.label for channel in read.sensors] == ["s1+y", "2", "3"]
 
 
+def test_arrays_keep_covariances(tmp_path):
+    root = np.random.default_rng(0).normal(size=(2, 5, 5))
+    covariance = root @ root.swapaxes(1, 2) * 1e-4
+    shaped = bp.ModalParameters(
+        FREQUENCY,
+        damping_ratio=[0.01, 0.02],
+        shape=SHAPE,
+        sensors=["s1", "s2+x", "s3-z"],
+        covariance=covariance,
+    )
+    related = bp.ModalParameters(
+        [1.0, 2.0], [0.1, 0.1], correlation=[[1, 0.5], [0.5, 1]], number=[1, 3]
+    )
+    for modes in (shaped, related):
+        path = bp.io.modal_parameters.write(modes, tmp_path / "modes.npz")
+        assert holds_modal_parameters(path)
+        read = bp.io.modal_parameters.read(path)
+        for name in ("values", "covariance", "correlation"):
+            np.testing.assert_array_equal(getattr(read, name), getattr(modes, name))
+        assert (read.sensors, read.number) == (modes.sensors, modes.number)
+
+
 def test_arrays_that_are_no_modal_parameters_are_refused(tmp_path):
     path = tmp_path / "modes.mat"
     scipy.io.savemat(path, {"H": np.eye(3)})
