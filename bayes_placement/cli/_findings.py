@@ -9,11 +9,11 @@ import xarray as xr
 
 from ..criticism.check.misfit import Misfit
 from ..criticism.findings import ABOUT, Model, draws_of_result, findings, models_of
+from ..criticism.fitted import in_scalars
 from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.ranking import Ranking
 from ..experiment.experiment import Experiment, Measurements
 from ..inference.alternative_explanation import draws_of
-from ..inference.estimates import scalars
 from ..inference.results import warnings_of
 from ._next_measurement import next_measurement
 
@@ -154,8 +154,4 @@ def _best(experiment: Experiment, posterior: xr.DataTree) -> dict[str, float]:
     chain, draw = np.unravel_index(int(np.nanargmax(total)), total.shape)
     drawn = posterior["posterior"].to_dataset().data_vars.items()
     values = {str(name): draws.values[chain, draw] for name, draws in drawn}
-    return {
-        word: float(value[0, 0])
-        for name, known in (experiment.nominal_values() | values).items()
-        for word, value in scalars(name, np.asarray(known)[None, None])
-    }
+    return in_scalars(experiment.nominal_values() | values)

@@ -324,6 +324,12 @@ Label = Annotated[
     ),
 ]
 Title = Annotated[str | None, typer.Option(metavar="WORDS", help="Title of the page.")]
+Author = Annotated[str | None, typer.Option(metavar="WORDS", help="Who wrote the report.")]
+Client = Annotated[str | None, typer.Option(metavar="WORDS", help="For whom it is.")]
+Photo = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="PNG or JPEG of the structure, at most 5 MB."),
+]
 Comments = Annotated[
     list[str] | None,
     typer.Option("--comment", metavar="WORDS", help="A paragraph of yours; once for each."),

@@ -320,6 +320,7 @@ def place(
     epilog=examples(
         "report results/model/improve-1",
         'report results/model/improve-2 --to report.html --label "week 2"',
+        'report results/model/improve-1 --title "Footbridge" --client "City" --photo bridge.jpg',
     ),
 )
 def report(
@@ -327,6 +328,9 @@ def report(
     to: option.To = None,
     label: option.Label = None,
     title: option.Title = None,
+    author: option.Author = None,
+    client: option.Client = None,
+    photo: option.Photo = None,
     comment: option.Comments = None,
     quiet: option.Quiet = False,
     as_json: option.AsJson = False,
@@ -337,7 +341,16 @@ def report(
         from ..plots.report import write_report
         from ._terminal import Screen
 
-        page = write_report(results, to=to, label=label, title=title, comments=comment or ())
+        page = write_report(
+            results,
+            to=to,
+            label=label,
+            title=title,
+            author=author,
+            client=client,
+            photo=photo,
+            comments=comment or (),
+        )
         files = [page, page.with_suffix(".json")]
         Screen.of(quiet, as_json).written("report", f"Report to hand on: {page}", files)
 

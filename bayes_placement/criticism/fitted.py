@@ -12,7 +12,7 @@ from .._types import Response
 from ..experiment.experiment import FORCE_LEVEL, Experiment, Measurements
 from ..experiment.noise import Data
 from ..inference.bands import amplitude
-from ..inference.estimates import from_scalars
+from ..inference.estimates import from_scalars, scalars
 from ..inference.results import outputs
 from ..positions.vectors import Recorded
 from .locations import effect_locations
@@ -166,6 +166,21 @@ def with_arrays(experiment: Experiment, values: Mapping[str, float]) -> dict[str
     """
     shapes = {unknown.name: unknown.distribution.shape() for unknown in experiment.unknowns}
     return from_scalars(shapes, values)
+
+
+def in_scalars(values: Mapping[str, Any]) -> dict[str, float]:
+    """Values by name, the elements of an array one by one; what `with_arrays` puts together.
+
+    Parameters
+    ----------
+    values
+        Value of every unknown, arrays together.
+    """
+    return {
+        word: float(value[0, 0])
+        for name, known in values.items()
+        for word, value in scalars(name, np.asarray(known)[None, None])
+    }
 
 
 def prediction(concrete: Experiment, data: Data) -> tuple[Response, Response]:

@@ -12,7 +12,7 @@ from ..._compiled import compiled
 from ..._sites import Role
 from ..._types import Response
 from ...experiment.experiment import Experiment, Measurements
-from ..fitted import compared, outputs_at, with_arrays
+from ..fitted import OutputsAtValues, compared, outputs_at, with_arrays
 from ._unknowns import SIZE
 
 ERROR_DRAWS = 48
@@ -33,8 +33,9 @@ def fit(
     -------
     xarray.Dataset
         Besides what `fitted` returns, `measured_phase` and `predicted_phase` [deg] of complex
-        outputs, and `model_error`, the root mean square over draws of the errors of what the
-        response then differs by; zero where the model is exact.
+        outputs and their `frac` by channel pair, the frequency response assurance criterion; and
+        `model_error`, the root mean square over draws of the errors of what the response then
+        differs by, zero where the model is exact.
     """
     at_values = outputs_at(experiment, measurement, values)
     dataset = compared(experiment, at_values)
@@ -51,7 +52,21 @@ def fit(
             outputs = getattr(at_values, name)
             phase = np.where(np.isfinite(dataset["measured"]), _phase(outputs), np.nan)
             dataset[f"{name}_phase"] = (size.dims, phase, {"units": "deg"})
+        dataset["frac"] = (size.dims[:-1], _frac(at_values))
     return dataset
+
+
+def _frac(at_values: OutputsAtValues) -> np.ndarray:
+    """Frequency response assurance criterion, over the lines; NaN where nothing was measured.
+
+    Heylen & Lammens, FRAC: a consistent way of comparing frequency response functions (1996).
+    """
+    present = at_values.present.all(axis=-2)
+    parts = (at_values.measured, at_values.predicted)
+    measured, model = (np.where(present, of[..., 0, :] + 1j * of[..., 1, :], 0) for of in parts)
+    product = np.abs((measured.conj() * model).sum(axis=-1)) ** 2
+    squares = (np.abs(measured) ** 2).sum(axis=-1) * (np.abs(model) ** 2).sum(axis=-1)
+    return np.divide(product, squares, out=np.full(squares.shape, np.nan), where=squares > 0)
 
 
 def _phase(outputs: np.ndarray) -> np.ndarray:

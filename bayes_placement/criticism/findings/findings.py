@@ -12,18 +12,25 @@ from ...experiment.modal_parameters import ModalParameters
 from ...experiment.prior_draws import draws_from_priors
 from ...inference.alternative_explanation import Alternative, JointDraws
 from ...inference.results import named_draws
+from ..fitted import in_scalars
 from ..fitted_modes import fitted_modes
 from ..missing.ledger import NOTHING, Ledger
 from ..missing.ranking import Ranking
 from ._fits import fit
+from ._moved import moved_in_words
+from ._peaks import peaks_of_fits
 from ._places import places
+from ._set_up import set_up
 from ._shapes import outline_of, shapes
-from ._unknowns import shown_unknowns
+from ._unknowns import shown_unknowns, with_bounds
 
 ABOUT = "about"
 """Attribute of the findings: words on the run, as JSON."""
 
 AS_GIVEN = "as given"
+
+AS_DRAWN = "as drawn"
+"""Name of the model as given at recorded positions and means of priors, before any fit."""
 
 MOST_DRAWS = 1000
 """Draws, at most, that are kept of the prior and of the posterior."""
@@ -113,27 +120,30 @@ def findings(
         `posterior` and `prior`, draws by name with units and roles; `fit_0` and on, what each
         model predicts with the measurement; `places`, where sensors, actuators and effects were
         recorded and are inferred; `outline` and `shapes_0` and on, mode shapes of each model.
-        Where modes were measured, `modes_0` and on in the place of `fit_0`.
+        Where modes were measured, `modes_0` and on in the place of `fit_0`. `fit_drawn` or
+        `modes_drawn` is of the model as drawn, before any fit, and `peaks` of the peaks of FRFs.
     """
-    last = models[-1].experiment
+    first, last = models[0].experiment, models[-1].experiment
+    drawn = in_scalars(first.nominal_values())
     prior = draws_from_priors(shown_unknowns(last), 0, MOST_DRAWS)
     posterior = _shown(last, draws)
     groups = {
         "posterior": named_draws(last, _as_single_chain(posterior)),
-        "prior": named_draws(last, _as_single_chain(prior)),
+        "prior": with_bounds(last, named_draws(last, _as_single_chain(prior))),
         "outline": outline_of(last),
     }
     if last.sensor or last.actuator or any(effect.place_fields for effect in last.effects):
         groups["places"] = places(last, prior, posterior, models[-1].values)
+    as_drawn = Model(AS_DRAWN, first, drawn)
+    groups |= _fits([as_drawn, *models], ["drawn", *map(str, range(len(models)))], measurement)
     for number, model in enumerate(models):
-        if isinstance(measurement, ModalParameters):
-            groups[f"modes_{number}"] = fitted_modes(model.experiment, measurement, model.values)
-        elif model.experiment.noise is not None:
-            groups[f"fit_{number}"] = fit(model.experiment, measurement, model.values)
         groups[f"shapes_{number}"] = shapes(model.experiment, model.values, groups["outline"])
     tree = xr.DataTree.from_dict({f"/{name}": group for name, group in groups.items()})
+    fitted = {model.name: model.values for model in models}
     words = dict(about) | {
         "models": [model.name for model in models],
+        "moved": moved_in_words(shown_unknowns(first), prior, drawn, fitted),
+        "set_up": set_up(first, measurement),
         "alternatives": [[item.name, item.probability] for item in alternatives],
     }
     tree.attrs[ABOUT] = json.dumps(words, allow_nan=False)
@@ -148,3 +158,20 @@ def _shown(experiment: Experiment, draws: JointDraws) -> JointDraws:
 
 def _as_single_chain(draws: JointDraws) -> dict[str, Any]:
     return {name: np.asarray(values)[None] for name, values in draws.items()}
+
+
+def _fits(
+    models: Sequence[Model], suffixes: Sequence[str], measurement: Measurements
+) -> dict[str, xr.Dataset]:
+    """What each model predicts with the measurement, in a group of its own, and the peaks."""
+    if isinstance(measurement, ModalParameters):
+        return {
+            f"modes_{suffix}": fitted_modes(model.experiment, measurement, model.values)
+            for model, suffix in zip(models, suffixes, strict=True)
+        }
+    if any(model.experiment.noise is None for model in models):
+        return {}
+    fits = {model.name: fit(model.experiment, measurement, model.values) for model in models}
+    peaks = peaks_of_fits(fits)
+    named = {f"fit_{suffix}": of for suffix, of in zip(suffixes, fits.values(), strict=True)}
+    return named if peaks is None else named | {"peaks": peaks}

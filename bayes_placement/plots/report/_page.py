@@ -5,14 +5,12 @@ import hashlib
 import re
 from collections.abc import Iterator
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 from urllib.parse import quote
 
 from ._svg import with_prefixed_identifiers, with_theme
 from .content import Cell, Drawing, Item, MovingShapes
-
-if TYPE_CHECKING:
-    from .report import Chapter, Report
+from .report import FOLDED, Chapter, Report
 
 SAFE_IN_ADDRESS = ",.;:-+_()[]^~*/"
 """Signs of CSV that stand in an address of the kind `data:` as they are."""
@@ -35,7 +33,7 @@ class _Shown(NamedTuple):
     file: str
 
 
-def page(report: "Report") -> str:
+def page(report: Report) -> str:
     """Return the page of a report as HTML."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -56,7 +54,8 @@ def page(report: "Report") -> str:
         tag for chapter in report.chapters for item in chapter.items for tag in item.tags
     )
     return environment.get_template("report.html").render(
-        title=report.title,
+        report=report,
+        date=max((chapter.created for chapter in report.chapters), default="")[:10],
         chapters=chapters,
         tags=list(tags),
         style=_template("report.css"),
@@ -81,11 +80,12 @@ def _template(name: str) -> str:
     return (files(__package__) / "templates" / name).read_text(encoding="utf-8")
 
 
-def _sections(chapter: "Chapter", number: int) -> list[dict[str, Any]]:
+def _sections(chapter: Chapter, number: int) -> list[dict[str, Any]]:
     return [
         {
             "id": f"c{number}-{_slug(name)}-{place}",
             "name": name,
+            "open": name not in FOLDED,
             "items": list(_shown(items, f"c{number}-s{place}")),
         }
         for place, (name, items) in enumerate(chapter.sections, 1)

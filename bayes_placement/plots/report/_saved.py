@@ -9,7 +9,7 @@ import xarray as xr
 from pandas.api.types import is_numeric_dtype
 
 from ..._types import InputError
-from ...criticism.findings.findings import ABOUT
+from ...criticism.findings.findings import ABOUT, AS_DRAWN
 from ...io import netcdf
 from ._ledger_file import completed
 from ._svg import checked_svg
@@ -68,6 +68,18 @@ class Saved(NamedTuple):
     def group(self, name: str) -> xr.Dataset | None:
         """Return arrays of the findings; None where there are none."""
         return self.findings[name].to_dataset() if name in self.findings.children else None
+
+    def of_models(self, word: str) -> dict[str, xr.Dataset]:
+        """Return what was kept of each model, `fit` or `modes`; as drawn first, where kept.
+
+        Parameters
+        ----------
+        word
+            What is asked for.
+        """
+        suffixes = {AS_DRAWN: "drawn"} | {name: str(n) for n, name in enumerate(self.models)}
+        groups = {name: self.group(f"{word}_{suffix}") for name, suffix in suffixes.items()}
+        return {name: group for name, group in groups.items() if group is not None}
 
     @property
     def models(self) -> list[str]:

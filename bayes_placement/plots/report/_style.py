@@ -14,18 +14,18 @@ from .._plain_figure import PlainFigure
 from ._svg import svg_of
 from .content import Drawing, Table
 
-WIDTH = 8.6
-"""Width of a figure [inch]."""
+WIDTH = 180 / 25.4
+"""Width of a figure [inch]: a page of A4 shows it in the size in which it was drawn."""
 
-HIGHEST = 11.0
-"""Greatest height of a figure [inch]: a page of A4 holds it when it is printed."""
+HIGHEST = 9.4
+"""Greatest height of a figure [inch]: a page of A4 holds it with its caption."""
 
 MOST_POINTS = 500
 """Points of a curve that are drawn; the data hold all."""
 
 _LOOK: dict[str, Any] = {
-    "font.size": 9,
-    "axes.titlesize": 9,
+    "font.size": 8,
+    "axes.titlesize": 8,
     "axes.titlelocation": "left",
     "axes.edgecolor": FLOOR,
     "axes.labelcolor": INK,
@@ -35,7 +35,7 @@ _LOOK: dict[str, Any] = {
     "xtick.color": INK,
     "ytick.color": INK,
     "legend.frameon": False,
-    "legend.fontsize": 9,
+    "legend.fontsize": 8,
     "axes.formatter.use_mathtext": False,
     "axes.formatter.useoffset": False,
     "path.simplify_threshold": 0.5,

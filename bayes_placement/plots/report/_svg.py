@@ -84,6 +84,7 @@ def _root(text: str) -> Element:
         ) from error
     _remove_descriptions(root)
     for element in root.iter():
+        _remove_foreign(element)
         _check(element)
         _shorten(element)
     _fit(root)
@@ -115,6 +116,13 @@ def _remove_descriptions(root: Element) -> None:
             is_rule = _tag(child) == "style" and (child.text or "").startswith(_RULE)
             if _tag(child) == "metadata" or is_rule:
                 parent.remove(child)
+
+
+def _remove_foreign(element: Element) -> None:
+    """Remove attributes of other name spaces, which would lose their prefix and become ours."""
+    for name in [*element.attrib]:
+        if name.startswith("{") and name not in _HREFS:
+            del element.attrib[name]
 
 
 def _check(element: Element) -> None:

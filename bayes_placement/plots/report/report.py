@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from ..._files import write_atomically
 from ..._types import InputError, check_fields, check_kind, shown
 from ...positions.reprs import with_short_repr
+from ._photo import checked_photo
 from ._svg import checked_svg, svg_of
 from .content import Content, Drawing, Item, Table, Text, tags_of
 
@@ -20,12 +21,15 @@ FORMAT = "bayes_placement report 1"
 """Name of the schema of the JSON file, `schema.json` beside this file."""
 
 VERDICT, COMMENTS, LAWS = "Verdict", "Comments", "Where it acts, and its law"
+SET_UP, AGREEMENT = "Test set-up", "Agreement"
 ERROR, RESPONSES = "Error", "Measured and model"
 SUSPICION, NEXT, UNKNOWNS = "Suspicion", "Where to measure next", "Priors and posteriors"
 PLACES, SHAPES, WARNINGS, SETTINGS = "Positions", "Mode shapes", "Warnings", "Settings"
 SECTIONS = (
     VERDICT,
     COMMENTS,
+    SET_UP,
+    AGREEMENT,
     LAWS,
     ERROR,
     RESPONSES,
@@ -38,6 +42,13 @@ SECTIONS = (
     SETTINGS,
 )
 """Sections in their order; others follow in the order in which they are first used."""
+
+FOLDED = (SUSPICION, NEXT, UNKNOWNS, PLACES, SHAPES, SETTINGS)
+"""Sections of details, which a reader unfolds; those that stay folded are not printed."""
+
+
+_ON_TITLE = ("author", "client", "photo")
+"""What stands below the title, none of it in files of earlier versions."""
 
 
 @with_short_repr
@@ -97,11 +108,15 @@ class Report:
     chapters
         What stands in it, the newest last. `add_text`, `add_table` and `add_figure` add to the
         last chapter, and begin one where there is none.
+    author, client
+        Who wrote it, and for whom.
+    photo
+        A photograph of the structure as an address that holds it, `data:image/png;base64,...`.
 
     Raises
     ------
     InputError
-        If the title is no text, or a chapter none.
+        If the title is no text, a chapter none, or the photograph no such address.
 
     Examples
     --------
@@ -114,10 +129,14 @@ class Report:
 
     title: str = "Report"
     chapters: list[Chapter] = field(default_factory=list)
+    author: str = ""
+    client: str = ""
+    photo: str = ""
 
     def __post_init__(self) -> None:
-        """Check the kinds of both."""
+        """Check the kinds of all."""
         check_fields(self)
+        checked_photo(self.photo)
 
     def chapter(self, label: str) -> Chapter:
         """Return the chapter of a label; a new one where there is none yet."""
@@ -245,6 +264,7 @@ class Report:
         return {
             "format": FORMAT,
             "title": self.title,
+            **{word: getattr(self, word) for word in _ON_TITLE},
             "chapters": [chapter.to_json() for chapter in self.chapters],
         }
 
@@ -299,7 +319,8 @@ class Report:
             if stated["format"] != FORMAT:
                 raise KeyError(f'format "{stated["format"]}"')
             chapters = [Chapter.from_json(chapter) for chapter in stated["chapters"]]
-            return cls(str(stated["title"]), chapters)
+            on_title = {word: str(stated.get(word, "")) for word in _ON_TITLE}
+            return cls(str(stated["title"]), chapters, **on_title)
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise InputError(
                 f"{source} is no report of this package ({error}); one is needed, since new "

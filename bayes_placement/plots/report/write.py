@@ -2,14 +2,19 @@
 
 import itertools
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from ..._types import arguments_checked
+from ._photo import embedded
 from ._saved import Saved, runs, saved, states
 from ._style import look
 from .content import Item, Text
 from .report import WARNINGS, Chapter, Report, json_of
 from .sections import (
+    agreement,
+    conclusion,
     error,
     laws,
     mode_shapes,
@@ -17,7 +22,9 @@ from .sections import (
     next_measurement,
     positions,
     remarks,
+    residual_map,
     responses,
+    set_up,
     suspicion,
     unknowns,
     verdict,
@@ -27,9 +34,13 @@ PAGE = "report.html"
 """Name of the page in the folder of a run."""
 
 _SECTIONS = (
+    conclusion.items,
     verdict.items,
+    set_up.items,
+    agreement.items,
     laws.items,
     error.items,
+    residual_map.items,
     responses.items,
     modes.items,
     suspicion.items,
@@ -50,6 +61,9 @@ def write_report(
     to: str | Path | None = None,
     label: str | None = None,
     title: str | None = None,
+    author: str | None = None,
+    client: str | None = None,
+    photo: str | Path | None = None,
     comments: Sequence[str] = (),
 ) -> Path:
     """Write the report of a run, from what the run left in its folder.
@@ -67,7 +81,11 @@ def write_report(
     label
         Name of these results in the report; the name of the folder by default.
     title
-        Title of the page; as it was, or the name of the folder.
+        Title of the page; as it was, or the name of the model or case.
+    author, client
+        Who wrote it and for whom; as they were, or not stated.
+    photo
+        PNG or JPEG of the structure, at most 5 MB, which becomes a part of the page.
     comments
         Words to be added.
 
@@ -79,9 +97,10 @@ def write_report(
     Raises
     ------
     FileNotFoundError
-        If there is no such folder.
+        If there is no such folder or photograph.
     InputError
-        If an argument is of another kind, it holds no results, or the page is none of a report.
+        If an argument is of another kind, it holds no results, the page is none of a report, or the
+        photograph is none.
 
     Examples
     --------
@@ -91,8 +110,10 @@ def write_report(
     target = source / PAGE if to is None else Path(to)
     is_there = json_of(target).is_file()
     report = Report.read(target) if is_there else Report(_title(source))
-    if title is not None:
-        report.title = title
+    shown = None if photo is None else embedded(photo)
+    on_title = {"title": title, "author": author, "client": client, "photo": shown}
+    stated: dict[str, Any] = {word: of for word, of in on_title.items() if of is not None}
+    report = replace(report, **stated)
     for name, part in _parts(source, label):
         report.put(_chapter(name, saved(part)))
     for comment in comments:
@@ -101,10 +122,15 @@ def write_report(
 
 
 def _title(folder: Path) -> str:
-    """Name of the model and of the folder."""
+    """Name of the model or the case; of the folder where that was not kept."""
     sources = [run.get("model", {}).get("path", "") for run in runs(folder).values()]
-    models = dict.fromkeys(Path(source).stem for source in sources if source)
-    return ", ".join([*models, folder.resolve().name])
+    models = dict.fromkeys(_name(Path(source)) for source in sources if source)
+    return ", ".join(models) or folder.resolve().name
+
+
+def _name(model: Path) -> str:
+    """Name of a model file, or of the folder of a case."""
+    return model.parent.name if model.name == "case.json" else model.stem
 
 
 def _parts(folder: Path, label: str | None) -> list[tuple[str, Path]]:

@@ -17,11 +17,13 @@ from matplotlib.figure import Figure
 
 import bayes_placement as bp
 from bayes_placement.plots.report import Report
+from bayes_placement.plots.report._photo import embedded
 from bayes_placement.plots.report._style import thinned
 from bayes_placement.plots.report.content import Item, MovingShapes, Table, Text
 from bayes_placement.plots.report.report import Chapter
 
 SCHEMA = json.loads((files("bayes_placement.plots.report") / "schema.json").read_text())
+PHOTO = "data:image/png;base64,iVBORw0KGgo="
 EVIL = "</script><script>alert('x')</script> & \"quoted\" <b>bold</b>"
 
 
@@ -45,7 +47,7 @@ def check_page(path):
     identifiers = [element.get("id") for element in tree.iter() if element.get("id")]
     assert len(identifiers) == len(set(identifiers))
     for element in tree.iter():
-        assert element.get("src") is None
+        assert element.get("src") is None or element.get("src").startswith("data:image/")
         for name in ("href", "{http://www.w3.org/1999/xlink}href"):
             address = element.get(name, "#")
             assert address.startswith(("#", "data:text/csv;", "data:image/png;")), address
@@ -74,7 +76,7 @@ def csv_of(tree, title):
 
 @pytest.fixture
 def filled():
-    report = Report("Bar with a clamp")
+    report = Report("Bar with a clamp", author="A. B.", client="City", photo=PHOTO)
     report.add_text("Measured on Monday.", tags=["workshop"])
     report.add_text(["First.", "Second."], title="Notes", section="Verdict")
     frame = pd.DataFrame({"name": ["a", "b"], "mass [kg]": [0.12345678, np.nan]})
@@ -96,6 +98,9 @@ def test_a_page_is_valid_and_asks_for_nothing(filled, tmp_path):
     headings = ["".join(h.itertext()) for h in tree.iter("h2")]
     assert headings == ["Verdict", "Comments", "Mode shapes"]
     assert "".join(next(tree.iter("h1")).itertext()) == "Bar with a clamp"
+    about = ["".join(part.itertext()) for part in next(tree.iter("dl"))]
+    assert about[:2] == ["ClientCity", "AuthorA. B."]
+    assert next(tree.iter("img")).get("src") == PHOTO
 
 
 def test_numbers_can_be_saved_as_csv(filled, tmp_path):
@@ -118,7 +123,7 @@ def test_the_json_beside_it_holds_the_same_and_follows_its_schema(filled, tmp_pa
 
 
 def test_names_of_any_origin_stay_text(tmp_path):
-    report = Report(EVIL)
+    report = Report(EVIL, author=EVIL, client=EVIL)
     report.chapters.append(Chapter(EVIL, EVIL))
     report.add_text(EVIL, title=EVIL, section=EVIL, tags=[EVIL])
     report.add_table(pd.DataFrame({EVIL: [EVIL]}), title=EVIL, caption=EVIL)
@@ -157,6 +162,37 @@ def test_names_of_any_origin_stay_text(tmp_path):
 def test_figures_that_could_do_anything_are_refused(svg, words):
     with pytest.raises(bp._types.InputError, match=words):
         Report().add_figure(svg)
+
+
+def test_attributes_of_other_name_spaces_are_dropped_with_their_prefix():
+    report = Report()
+    words = 'x:onload="alert(1)" x:href="data:text/html,a" id="a"'
+    report.add_figure(f'<svg xmlns:x="urn:x"><g {words}/></svg>')
+    drawn = report.chapters[0].items[0].content.svg
+    assert 'id="a"' in drawn and "alert" not in drawn and "href" not in drawn
+
+
+@pytest.mark.parametrize("name", ["bridge.png", "bridge.jpg"])
+def test_a_photograph_becomes_a_part_of_the_page(name, tmp_path):
+    start = {"bridge.png": b"\x89PNG\r\n\x1a\n", "bridge.jpg": b"\xff\xd8\xff\xe0"}[name]
+    (tmp_path / name).write_bytes(start + b"pixels")
+    kind, _, content = embedded(tmp_path / name).partition(";base64,")
+    assert kind == ("data:image/png" if name.endswith("png") else "data:image/jpeg")
+    assert base64.b64decode(content) == start + b"pixels"
+    (tmp_path / name).write_bytes(start + bytes(5_000_000))
+    with pytest.raises(bp._types.InputError, match="a PNG or JPEG of at most 5000000 bytes"):
+        embedded(tmp_path / name)
+
+
+def test_what_is_no_photograph_is_refused(tmp_path):
+    (tmp_path / "a.png").write_text("<svg onload='alert(1)'/>")
+    with pytest.raises(bp._types.InputError, match=r"a PNG or JPEG .*--photo"):
+        embedded(tmp_path / "a.png")
+    with pytest.raises(FileNotFoundError, match="There is no photograph"):
+        embedded(tmp_path / "b.png")
+    for address in ("https://a.b/c.png", 'data:image/png;base64,AA" onload="x', "data:text/html,a"):
+        with pytest.raises(bp._types.InputError, match="a page loads nothing"):
+            Report(photo=address)
 
 
 def test_a_figure_of_matplotlib_keeps_its_text_and_loses_what_nobody_sees(filled):

@@ -47,7 +47,7 @@ def _falling(steps: list[dict[str, Any]]) -> Item:
     panel.set_ylim(0.5 * min(1.0, *drawn, 1.0), 3 * max(1.0, *drawn, 1.0))
     panel.set_xlim(-0.4, len(misfit) - 0.4)
     panel.set_xticks(range(len(names)), names)
-    panel.set_ylabel(quantity)
+    panel.set_ylabel(quantity.replace(" without", "\nwithout").replace(" over", "\nover"))
     decade_labels(panel)
     legend(figure, axes)
     rows = tuple(zip(names, misfit, strict=True))

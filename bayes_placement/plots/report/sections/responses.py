@@ -8,29 +8,37 @@ import pandas as pd
 import xarray as xr
 
 from ....experiment.experiment import FORCE_LEVEL
-from ..._colours import AFTER, BEFORE, DATA, FIFTH, INK
+from ..._colours import AFTER, BEFORE, DATA, FIFTH, FLOOR, INK
 from ..._figures import DECIBELS, HALF_TURN, LOGARITHM, unbroken
 from .._saved import Saved
 from .._style import decade_labels, drawing, legend, panels, thinned
 from ..content import Item, Table, Text
 from ..report import RESPONSES
 
-MOST_CHANNELS = 12
+MOST_CHANNELS = 3
 """Channel pairs that are drawn; those with the largest error before."""
+
+COLOURS = {1: [AFTER], 2: [FLOOR, AFTER], 3: [FLOOR, BEFORE, AFTER]}
+"""Colours of so many models, of which the first is as drawn."""
+
+DASHES = (0, (4, 2))
+"""Style of the line of the model as drawn."""
 
 
 def items(saved: Saved) -> Iterator[Item]:
     """Draw each channel pair: amplitude, phase, and the error with what explains it."""
-    fits = [saved.group(f"fit_{number}") for number in range(len(saved.models))]
-    named = {name: fit for name, fit in zip(saved.models, fits, strict=True) if fit is not None}
+    named = saved.of_models("fit")
     if not named:
         return
+    if saved.about.get("moved"):
+        moved = tuple(str(sentence) for sentence in saved.about["moved"])
+        yield Item(RESPONSES, "What the fit moved", Text(moved), tags=("response", "unknowns"))
     channels = [_flat(fit) for fit in named.values()]
-    order = _by_error(channels[0])
+    order = _by_error(channels[[*named].index(saved.models[0])])
     if len(order) > MOST_CHANNELS:
         words = (
-            f"{MOST_CHANNELS} of {len(order)} channel pairs are drawn, those of the largest "
-            "error; findings.nc holds all."
+            f"{MOST_CHANNELS} of {len(order)} channel pairs are drawn line by line, those of the "
+            "largest error; findings.nc holds all."
         )
         yield Item(RESPONSES, "Channel pairs", Text((words,)), tags=("response",))
     for channel in order[:MOST_CHANNELS]:
@@ -60,16 +68,15 @@ def _item(fits: dict[str, xr.Dataset]) -> Item:
     title = _title(first)
     has_phase = "measured_phase" in first
     heights = [1.0, 0.45, 0.8] if has_phase else [1.0, 0.8]
-    figure, axes = panels(
-        len(heights), 1, 1.75, sharex=True, gridspec_kw={"height_ratios": heights}
-    )
-    colours = [BEFORE, AFTER] if len(fits) > 1 else [AFTER]
+    figure, axes = panels(len(heights), 1, 1.3, sharex=True, gridspec_kw={"height_ratios": heights})
+    colours = COLOURS[len(fits)]
     for (name, fit), colour in zip(fits.items(), colours, strict=True):
         shown = fit.isel(frequency=thinned(fit["predicted"].values))
         _draw_response(axes[0, 0], shown, name, colour)
         if has_phase:
             _draw_phase(axes[1, 0], shown, colour)
         _draw_error(axes[-1, 0], shown, name, colour)
+    _show_fitted(axes[0, 0], fits)
     _draw_measured(axes, first.isel(frequency=thinned(first["measured"].values)), has_phase)
     _draw_floors(axes[-1, 0], [*fits.values()][-1])
     axes[-1, 0].set_xlabel("frequency [Hz]")
@@ -77,8 +84,8 @@ def _item(fits: dict[str, xr.Dataset]) -> Item:
     errs = float([*fits.values()][-1]["model_error"].max()) > 0
     expected = "the noise and the model error" if errs else "the noise"
     caption = (
-        f"Dots: measured; lines: predicted at {title}; below: the error, of which the part above "
-        f"{expected} is what the model lacks."
+        f"Dots below the lines: measured; lines: predicted at {title}; as drawn: before any fit; "
+        f"below: the error, of which the part above {expected} is what the model lacks."
     )
     content = drawing(figure, Table.of(_data(fits)))
     return Item(RESPONSES, title, content, caption, ("response", "error"))
@@ -93,11 +100,21 @@ def _decibel(values: Any, is_logarithm: bool) -> Any:
     return DECIBELS * values if is_logarithm else values
 
 
+def _line(colour: str) -> dict[str, Any]:
+    """Style of the line of a model; that as drawn is dashed."""
+    return {"color": colour, "linestyle": DASHES if colour == FLOOR else "-", "linewidth": 1.0}
+
+
 def _draw_response(panel: Any, fit: xr.Dataset, name: str, colour: str) -> None:
     unit = str(fit["predicted"].attrs["units"])
     logarithm = unit.startswith(LOGARITHM)
     values = _decibel(fit["predicted"].values, logarithm)
-    panel.plot(fit["frequency"].values, values, color=colour, linewidth=1.2, label=name)
+    panel.plot(
+        fit["frequency"].values,
+        values,
+        **_line(colour),
+        label=name,
+    )
     panel.set_ylabel(f"dB re 1 {_bracket(unit)}" if logarithm else unit, fontsize=8)
 
 
@@ -106,16 +123,28 @@ def _bracket(unit: str) -> str:
     return unit[unit.rfind("[") + 1 :].removesuffix("]")
 
 
+def _show_fitted(panel: Any, fits: dict[str, xr.Dataset]) -> None:
+    """Show what was measured and fitted; a model as drawn may lie far below, where nothing acts."""
+    *_, fit = fits.values()
+    words = ("measured", "predicted")
+    logarithm = str(fit["measured"].attrs["units"]).startswith(LOGARITHM)
+    shown = np.array([_decibel(fit[word].values, logarithm) for word in words])
+    low, high = np.nanmin(shown), np.nanmax(shown)
+    margin = 0.06 * (high - low) or 1.0
+    panel.set_ylim(low - margin, high + margin)
+
+
 def _draw_phase(panel: Any, fit: xr.Dataset, colour: str) -> None:
     shown = unbroken(fit["predicted_phase"].values)
-    panel.plot(fit["frequency"].values, shown, color=colour, linewidth=1.2)
+    panel.plot(fit["frequency"].values, shown, **_line(colour))
     panel.set_ylabel("phase [deg]", fontsize=8)
     panel.set(yticks=[-HALF_TURN, 0, HALF_TURN], ylim=(-1.15 * HALF_TURN, 1.15 * HALF_TURN))
 
 
 def _draw_measured(axes: np.ndarray, fit: xr.Dataset, has_phase: bool) -> None:
-    """Draw what was measured, above the lines."""
-    style: dict[str, Any] = {"color": DATA, "markersize": 2.4, "linestyle": "none", "zorder": 5}
+    """Draw what was measured, below the lines, which it would hide."""
+    style: dict[str, Any] = {"color": DATA, "markersize": 3, "linestyle": "none", "zorder": 1}
+    style |= {"alpha": 0.5, "markeredgewidth": 0}
     logarithm = str(fit["measured"].attrs["units"]).startswith(LOGARITHM)
     lines, values = fit["frequency"].values, _decibel(fit["measured"].values, logarithm)
     axes[0, 0].plot(lines, values, "o", label="measured", **style)
@@ -125,7 +154,7 @@ def _draw_measured(axes: np.ndarray, fit: xr.Dataset, has_phase: bool) -> None:
 
 def _draw_error(panel: Any, fit: xr.Dataset, name: str, colour: str) -> None:
     values = np.where(fit["error"].values > 0, fit["error"].values, np.nan)
-    panel.plot(fit["frequency"].values, values, color=colour, linewidth=0.8)
+    panel.plot(fit["frequency"].values, values, **_line(colour))
     panel.set_yscale("log")
     unit = str(fit["error"].attrs["units"])
     short = "log10 of ratio" if unit.startswith("log10") else _bracket(unit)

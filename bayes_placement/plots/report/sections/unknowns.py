@@ -33,8 +33,8 @@ def items(saved: Saved) -> Iterator[Item]:
         UNKNOWNS,
         "Every unknown",
         _table(listed),
-        "What was known before, and what the data say: mean, standard deviation, and the interval "
-        "that holds 95 %.",
+        "What was known before, from bound to bound (95 % of a prior without bounds), and what the "
+        "data say: mean, standard deviation, and the interval that holds 95 %.",
         TAGS,
     )
     peaks = tuple(f"{row.in_words()}." for row in summary(saved.findings) if row.peaks)
@@ -59,7 +59,7 @@ def _table(listed: list[ScaledUnknown]) -> Table:
     )
     rows = []
     for unknown in listed:
-        before = [float(f"{end:.3g}") for end in np.quantile(unknown.prior, INTERVAL)]
+        before = [float(f"{end:.3g}") for end in _bounds(unknown)]
         after: tuple[Any, ...] = (None,) * 4
         if unknown.posterior.size:
             after = rounded_summary(unknown.posterior)
@@ -73,6 +73,14 @@ def _table(listed: list[ScaledUnknown]) -> Table:
             )
         )
     return Table(columns, tuple(rows))
+
+
+def _bounds(unknown: ScaledUnknown) -> list[float]:
+    """Bounds of a prior in the unit of its unknown; of one without, the ends of 95 %."""
+    bounds = unknown.attributes.get("prior_bounds")
+    if bounds is None:
+        return [float(end) for end in np.quantile(unknown.prior, INTERVAL)]
+    return [unknown.scaled(float(end)) for end in bounds]
 
 
 def _densities(unknowns: list[ScaledUnknown], of: int) -> Item:

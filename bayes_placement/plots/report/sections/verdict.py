@@ -68,7 +68,7 @@ def verdict(saved: Saved) -> str:
 def items(saved: Saved) -> Iterator[Item]:
     """Say what was found, and show the steps."""
     sentences = tuple(str(sentence) for sentence in saved.about.get("sentences", []))
-    if sentences:
+    if sentences and sentences != (verdict(saved),):
         yield Item(VERDICT, "What was found", Text(sentences), tags=("verdict",))
     if saved.ledger:
         yield Item(

@@ -186,12 +186,8 @@
   };
   if (viewers.length) requestAnimationFrame(step);
 
-  // On paper all is unfolded, and shapes stand at their largest.
-  let folded = [];
+  // On paper shapes stand at their largest; what the reader left folded stays out.
   addEventListener("beforeprint", () => {
-    folded = sections().filter((section) => !section.open);
-    for (const section of folded) section.open = true;
     for (const viewer of viewers) { viewer.playing = false; viewer.label(); viewer.draw(0); }
   });
-  addEventListener("afterprint", () => { for (const section of folded) section.open = false; });
 })();
