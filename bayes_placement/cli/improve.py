@@ -6,6 +6,7 @@ from typing import Any
 import xarray as xr
 from matplotlib.figure import Figure
 
+from ..criticism.missing.decide import is_unexplained
 from ..criticism.missing.improve import improve
 from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.states import LedgerOfStates
@@ -16,9 +17,11 @@ from ..plots import modes as mode_plots
 from ._findings import FINDINGS, of_models, of_result, where_next
 from ._inputs import Inputs, infer_posterior, named_method
 from ._missing_effects import Request
+from ._next_command import command_on
 from ._reach import draw_reach, in_full, show_reach, write_reach
 from ._run import Run, numbered
 from ._save import CompletedModel
+from ._terminal import Screen
 
 FITS = "before_and_after.png"
 
@@ -50,9 +53,18 @@ def _run_one(request: Request, inputs: Inputs) -> int:
     if request.save is not None:
         _save(request.save, ledger, inputs)
     folder = inputs.run.folder
+    _baseline_first(request, ledger, screen)
     screen.text(f"Suspicion along the structure: {folder / 'suspicion.png'}")
     screen.text(f"Response and error before and after: {folder / FITS}")
     return inputs.run.finish(screen, verdict, ledger.to_json(), passed=not ledger.unexplained)
+
+
+def _baseline_first(request: Request, ledger: Ledger, screen: Screen) -> None:
+    """Say the command that completes a model which does not explain the baseline that was given."""
+    if request.baseline is not None and is_unexplained(ledger.rows.baseline, ledger.policy):
+        completed = "completed" if request.path.is_dir() else "completed.py"
+        command = command_on("improve", request.path, request.baseline, "--save", completed)
+        screen.text(f"The baseline first: {command}")
 
 
 def _save(completed: CompletedModel, ledger: Ledger, inputs: Inputs) -> None:

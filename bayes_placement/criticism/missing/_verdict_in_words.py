@@ -25,8 +25,8 @@ LEFT = "The model still fails its check: something else is missing as well."
 
 UNEXPLAINED_BASELINE = (
     "Nothing is claimed to be new: this model does not explain the baseline itself, so that "
-    "nothing can be said of what came since. Look at supports and dimensions first, and check the "
-    "model against the baseline alone."
+    "nothing can be said of what came since. Look at supports and dimensions first: complete the "
+    "model by `improve` on the baseline alone, and ask again with the completed one."
 )
 
 
