@@ -114,17 +114,21 @@ def of_posterior(
         "sentences": list(sentences),
         "warnings": [list(pair) for pair in warnings],
     }
-    model = Model(BEST_DRAW, experiment, _best(experiment, posterior))
+    model = Model(BEST_DRAW, experiment, best_draw(experiment, posterior))
     return findings([model], draws_of(posterior) or {}, measurement, about)
 
 
 def of_check(
-    posterior: xr.DataTree, misfit: Misfit, experiment: Experiment, measurement: Measurements
+    posterior: xr.DataTree,
+    misfit: Misfit,
+    experiment: Experiment,
+    measurement: Measurements,
+    further: Sequence[str] = (),
 ) -> xr.DataTree:
-    """Return what `check` found, for figures."""
+    """Return what `check` found, for figures, and further sentences."""
     engine = str(posterior.attrs["engine"])
     faults = set(misfit.data_faults)
-    said = [sentence for sentence in misfit.words() if sentence not in faults]
+    said = [sentence for sentence in misfit.words() if sentence not in faults] + [*further]
     warned = [[engine, sentence] for sentence in warnings_of(posterior)]
     warned += [[DATA, fault] for fault in misfit.data_faults]
     return of_posterior(posterior, experiment, measurement, said, warned, "check")
@@ -145,7 +149,7 @@ def of_models(kept: xr.DataTree, word: str) -> dict[str, xr.Dataset]:
     return {n: kept[group].to_dataset() for n, group in groups.items() if group in kept.children}
 
 
-def _best(experiment: Experiment, posterior: xr.DataTree) -> dict[str, float]:
+def best_draw(experiment: Experiment, posterior: xr.DataTree) -> dict[str, float]:
     """Values of all unknowns at the draw of greatest likelihood, elements of arrays one by one.
 
     Positions that the inference integrated, and did not draw, are where they were recorded.

@@ -7,12 +7,13 @@ import xarray as xr
 
 from ..criticism.check.check import check
 from ..criticism.check.misfit import Misfit
+from ..criticism.identified_beside_model import identified_beside_model
 from ..inference.results import warnings_of
 from ..plots import misfit as plots
 from ..plots import modes as mode_plots
 from ..plots import posterior as posterior_plots
-from ._findings import FINDINGS, of_check, of_models
-from ._inputs import infer_posterior, read_inputs
+from ._findings import FINDINGS, best_draw, of_check, of_models
+from ._inputs import Inputs, infer_posterior, read_inputs
 from ._next_command import command_on
 from ._run import Drawing, Output, Run, numbered
 from ._shared_fits import method_from_fit
@@ -64,7 +65,8 @@ def run(
         misfit = check(posterior)
     screen.verdict(misfit.verdict())
     screen.table(misfit.table(), "group")
-    sentences = [*misfit.words(), *cautions, *warnings_of(posterior)]
+    beside = _identified(inputs, posterior) if output.report else []
+    sentences = [*misfit.words(), *cautions, *warnings_of(posterior), *beside]
     told = {misfit.verdict(), *inputs.data_faults}
     screen.list(sentence for sentence in sentences if sentence not in told)
     flags = ["--model-error"] * model_error
@@ -75,10 +77,16 @@ def run(
         screen.text(f"What is missing: {command_on('explain', path, data, *flags)}")
     write(misfit, sentences, run)
     run.verdict(misfit.verdict())
-    kept = of_check(posterior, misfit, inputs.experiment, inputs.measurement)
+    kept = of_check(posterior, misfit, inputs.experiment, inputs.measurement, beside)
     run.tree(FINDINGS, kept)
     run.figures(*_drawings(posterior, misfit, kept))
     return run.finish(screen, misfit.verdict(), {"sentences": sentences}, passed=misfit.passed)
+
+
+def _identified(inputs: Inputs, posterior: xr.DataTree) -> list[str]:
+    """Sentences on modes of the FRFs alone, beside those of the model; some seconds."""
+    values = best_draw(inputs.experiment, posterior)
+    return identified_beside_model(inputs.experiment, inputs.measurement, values)
 
 
 def write(misfit: Misfit, sentences: list[str], run: Run) -> None:

@@ -153,7 +153,7 @@ def test_noise_that_is_stated_too_small_makes_errors_larger():
 
 
 def test_lines_without_a_peak_are_refused():
-    with pytest.raises(InputError, match="no peak of the FRFs stands out of their noise"):
+    with pytest.raises(InputError, match="No peak of the FRFs stands out of their noise"):
         bp.identify(measured(seed=6, lines=np.arange(200.0, 300.0, 1.0)))
 
 

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
-from ..._types import InputError, arguments_checked, warn
+from ..._types import InputError, arguments_checked, shown, warn
 from .._modal_checks import MOST_IMAGINARY
 from ..line_choice import peaks_at_ends
 from ..measurement import Measurement
@@ -84,6 +84,11 @@ def identify(
     >>> modes.natural_frequency.round(3), modes.damping_ratio.round(5)
     (array([100.]), array([0.01]))
     """
+    if shapes_at not in get_args(Side):
+        raise InputError(
+            f"shapes_at={shown(shapes_at)} was given; the side is needed on which a shape has its "
+            "channels, since residues are products of both: shapes_at='sensors' or 'actuators'."
+        )
     modes, words = identified(measurement, shapes_at, number)
     for sentence in words:
         warn(sentence, IdentificationWarning)
@@ -233,9 +238,9 @@ def _not_explained(groups: list[_GroupFit]) -> Iterator[str]:
 
 
 def _no_mode(lines: np.ndarray, words: list[str]) -> InputError:
-    why = " ".join(words) or "no peak of the FRFs stands out of their noise."
+    why = " ".join(words) or "No peak of the FRFs stands out of their noise."
     return InputError(
-        f"identify() was asked of {lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz, and "
+        f"identify() was asked of {lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz. "
         f"{why} One mode at least is needed, to return modal parameters. Measure a band with "
         "resonances, and give all its lines: bp.identify(measurement)."
     )
