@@ -16,7 +16,7 @@ from tests.test_public_calls import public
 PAGES = ROOT / "notebooks" / "docs"
 HOW_TO = {
     "my_file": ("Save these lines as measured.toml", "gain_error"),
-    "identify": ("160.893", "5 modes from 160.894 to 836.5 Hz, shapes at 3 sensor channels"),
+    "identify": ("160.893", "5 modes from 160.894 to 836.62 Hz, shapes at 3"),
     "my_modes": ("ModalParameters: 5 modes", "The model fails", "Missing is point_mass"),
     "my_fe_model": ("compliant_support", "left end"),
     "nastran": ("14.078",),
