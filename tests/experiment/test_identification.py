@@ -1,5 +1,6 @@
 """Modal parameters from FRFs: against closed-form poles, and on real measurements."""
 
+import dataclasses
 import warnings
 
 import numpy as np
@@ -155,6 +156,25 @@ def test_noise_that_is_stated_too_small_makes_errors_larger():
 def test_lines_without_a_peak_are_refused():
     with pytest.raises(InputError, match="No peak of the FRFs stands out of their noise"):
         bp.identify(measured(seed=6, lines=np.arange(200.0, 300.0, 1.0)))
+
+
+def test_a_pole_that_bends_the_background_is_no_mode():
+    lines = np.arange(1.0, 200.0)
+    resonance = lines**2 / (100.0**2 - lines**2 + 60j * lines)
+    noise = 1e-3 * np.random.default_rng(0).standard_normal((2, lines.size))
+    channels = {"sensors": ["s1"], "actuators": ["a1"], "quantity": "accelerance"}
+    frf = resonance + noise[0] + 1j * noise[1]
+    modes = bp.identify(bp.Measurement.from_arrays(frf, lines, **channels))
+    assert modes.natural_frequency.size == 1
+    assert abs(modes.natural_frequency[0] - 100) < 5 * modes.deviation[0, 0]
+
+
+def test_a_channel_that_reads_nothing_is_refused():
+    whole = measured(seed=8)
+    dead = whole.frf.copy()
+    dead[1] = 0.0
+    with pytest.raises(InputError, match="zero at all lines"):
+        bp.identify(dataclasses.replace(whole, frf=dead))
 
 
 def test_few_lines_are_refused():

@@ -101,9 +101,12 @@ def best_fit(band: Band, group: PeakGroup) -> PoleFit:
 
 
 def poles_of(band: Band, fit: PoleFit, group: PeakGroup) -> list[int]:
-    """Numbers of the poles at the peaks of a group; others are background."""
-    natural = np.abs(band.hertz(fit.pole))
-    return [number for number, frequency in enumerate(natural) if group.holds(frequency)]
+    """Numbers of the poles at the peaks of a group; others are background.
+
+    Those of negative frequencies are the mirror images of modes.
+    """
+    poles = band.hertz(fit.pole)
+    return [n for n, pole in enumerate(poles) if pole.real > 0 and group.holds(abs(pole))]
 
 
 def _are_modes(fit: PoleFit, numbers: list[int]) -> bool:

@@ -100,6 +100,7 @@ def identified(measurement: Measurement, shapes_at: Side, number: Any = None) ->
     moving = measurement.without(0, 0) if measurement.frequency[0] == 0 else measurement
     if shapes_at == "actuators":
         moving = _turned(moving)
+    _check_channels(moving)
     variance = _variance(moving)
     groups = [_identified(moving, variance, group) for group in groups_of(moving)]
     modes = sorted((mode for group in groups for mode in group.modes), key=_frequency)
@@ -178,6 +179,18 @@ def _fault(mode: IdentifiedMode) -> str:
 
 def _frequency(mode: IdentifiedMode) -> float:
     return float(mode.values[FREQUENCY])
+
+
+def _check_channels(measurement: Measurement) -> None:
+    """Refuse pairs that read nothing, of which no share of any mode is known."""
+    for row, column in np.argwhere(measurement.measured):
+        if not np.any(measurement.frf[row, column]):
+            sensor, actuator = measurement.sensors[row].label, measurement.actuators[column].label
+            raise InputError(
+                f"The FRF of {sensor} by {actuator} is zero at all lines; what was measured is "
+                "needed, since a channel that reads nothing has no share in a mode. Leave it out: "
+                "measurement.channels([...], [...])."
+            )
 
 
 def _turned(measurement: Measurement) -> Measurement:
