@@ -116,9 +116,6 @@ def print_text(console: Console, text: object, style: str = "") -> None:
     console.print(printable(text), style=style, highlight=False, soft_wrap=True, markup=False)
 
 
-HEADINGS = {"chi2 per datum": "reduced chi-square"}
-"""Headings of tables as the field calls them, where they are others."""
-
 NOTES = {
     "reduced chi-square": "reduced chi-square: the squared misfit over that of the noise; a "
     "correct model has 1.",
@@ -140,8 +137,7 @@ NOTES = {
 
 def notes(table: pd.DataFrame) -> list[str]:
     """Explain the columns of a table that are not plain."""
-    headings = {HEADINGS.get(heading, heading) for heading in table.columns}
-    return [note for heading, note in NOTES.items() if heading in headings]
+    return [note for heading, note in NOTES.items() if heading in table.columns]
 
 
 def terminal_table(data: pd.DataFrame, index_title: str, width: int) -> Table:
@@ -158,8 +154,7 @@ def terminal_table(data: pd.DataFrame, index_title: str, width: int) -> Table:
     width
         Width of the terminal.
     """
-    shown = (HEADINGS.get(heading, heading) for heading in data.columns)
-    headings = [index_title, *map(printable, shown)]
+    headings = [index_title, *map(printable, data.columns)]
     rows = [[printable(cell) for cell in (name, *row)] for name, row in data.iterrows()]
     columns = [[heading, *(row[place] for row in rows)] for place, heading in enumerate(headings)]
     least = [max(map(_longest, column)) for column in columns]

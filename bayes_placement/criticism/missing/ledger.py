@@ -190,10 +190,10 @@ class Ledger:
 
 
 def misfit_columns(step: FittedModel) -> dict[str, str]:
-    """Chi2, or where the noise is not known, the noise that is needed and its comparisons."""
+    """Reduced chi-square; where the noise is not known, the noise needed and its comparisons."""
     noise = step.noise_needed
     if noise is None:
-        return {"chi2 per datum": number_or_blank(step.chi2_per_datum, ".4g")}
+        return {"reduced chi-square": number_or_blank(step.chi2_per_datum, ".4g")}
     return {
         "noise needed": percent(noise.relative),
         "over coherence": number_or_blank(noise.over_coherence, ".2g"),

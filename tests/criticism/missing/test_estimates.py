@@ -121,17 +121,17 @@ def test_a_ledger_of_states_prints_intervals_in_80_columns(of_states):
     assert "  10 nuts: mass 50.0 g (95 %: 48.0 to 52.0), new" in lines
     assert "  20 nuts: mass 50.0 g (95 %: 48.0 to 52.0), unchanged" in lines
     assert text.count("gain_error sensor s2+x\n  with the clamp of the fair: present, new") == 1
-    assert [line.split()[-1] for line in lines[:5]] == ["datum", "1", "1", "1", "1"]
+    assert [line.split()[-1] for line in lines[:5]] == ["chi-square", "1", "1", "1", "1"]
 
 
 def test_a_ledger_of_states_shows_intervals_in_a_notebook(of_states):
     html = of_states._repr_html_()
     assert "point_mass at 370.000 mm (95 %: 369.960 to 370.040)" in html
     assert "mass 50.0 g (95 %: 48.0 to 52.0), new" in html
-    assert of_states.table().loc["chi2 per datum", "10 nuts"] == "1"
+    assert of_states.table().loc["reduced chi-square", "10 nuts"] == "1"
 
 
 def test_a_ledger_of_states_without_effects_prints_their_misfit(of_states):
     nothing = replace(of_states, courses=())
     assert str(nothing).splitlines()[1].split() == ["10", "nuts", "1"]
-    assert [*nothing.table().index] == ["chi2 per datum"]
+    assert [*nothing.table().index] == ["reduced chi-square"]
