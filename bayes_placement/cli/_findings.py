@@ -9,7 +9,7 @@ import xarray as xr
 
 from ..criticism.check.misfit import Misfit
 from ..criticism.findings import ABOUT, Model, draws_of_result, findings, models_of
-from ..criticism.fitted import in_scalars
+from ..criticism.fitted import AS_DRAWN, in_scalars
 from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.ranking import Ranking
 from ..experiment.experiment import Experiment, Measurements
@@ -135,7 +135,7 @@ def of_check(
 
 
 def of_models(kept: xr.DataTree, word: str) -> dict[str, xr.Dataset]:
-    """Return what was kept of each model, by its name; nothing where that was not kept.
+    """Return what was kept of each model, by its name, of responses first as drawn.
 
     Parameters
     ----------
@@ -145,7 +145,8 @@ def of_models(kept: xr.DataTree, word: str) -> dict[str, xr.Dataset]:
         `fit` for responses, `modes` where modes were measured.
     """
     names = json.loads(kept.attrs[ABOUT])["models"]
-    groups = {name: f"{word}_{number}" for number, name in enumerate(names)}
+    groups = {AS_DRAWN: f"{word}_drawn"} if word == "fit" else {}
+    groups |= {name: f"{word}_{number}" for number, name in enumerate(names)}
     return {n: kept[group].to_dataset() for n, group in groups.items() if group in kept.children}
 
 

@@ -13,6 +13,7 @@ from ..criticism.missing.states import LedgerOfStates
 from ..experiment.experiment import Experiment, Measurements
 from ..inference.engines import MAP
 from ..plots import ledger as plots
+from ..plots import misfit as misfit_plots
 from ..plots import modes as mode_plots
 from ._findings import FINDINGS, of_models, of_result, where_next
 from ._inputs import Inputs, infer_posterior, named_method
@@ -127,6 +128,7 @@ def write(ledger: Ledger, inputs: Inputs, run: Run) -> list[str]:
         lambda: {"suspicion.png": plots.suspicion(ledger, experiment=inputs.experiment)},
         lambda: {"probabilities.png": plots.probabilities(ledger)},
         lambda: _before_and_after(kept),
+        lambda: residual_maps(kept),
     )
     return following
 
@@ -137,3 +139,9 @@ def _before_and_after(kept: xr.DataTree) -> dict[str, Figure]:
     if modes:
         return {FITS: mode_plots.compared(modes)}
     return numbered(FITS, plots.before_and_after_pages(of_models(kept, "fit")))
+
+
+def residual_maps(kept: xr.DataTree) -> dict[str, Figure]:
+    """Figure of where the error of each model lies; none where modes were measured."""
+    fits = of_models(kept, "fit")
+    return {"residual_map.png": misfit_plots.residual_maps(fits)} if fits else {}

@@ -18,6 +18,9 @@ from ..positions.vectors import Recorded
 from .locations import effect_locations
 from .missing.ledger import Ledger
 
+AS_DRAWN, AS_GIVEN = "as drawn", "as given"
+"""Names of the model at recorded positions and means of priors, and of the same once fitted."""
+
 
 def fitted(
     experiment: Experiment, measurement: Measurements, values: Mapping[str, float]
@@ -113,7 +116,10 @@ def compared(experiment: Experiment, at_values: OutputsAtValues) -> xr.Dataset:
 def fitted_steps(
     ledger: Ledger, experiment: Experiment, measurement: Measurements
 ) -> dict[str, xr.Dataset]:
-    """Return what the model predicts as given and with all effects that were added.
+    """Return what the model predicts as drawn, as given and with all effects that were added.
+
+    As drawn, positions are those recorded and all else has the mean of its prior; as given, all
+    that is unknown was fitted.
 
     Parameters
     ----------
@@ -133,10 +139,12 @@ def fitted_steps(
     --------
     >>> from bayes_placement.criticism.fitted import fitted_steps
     >>> list(fitted_steps(ledger, experiment, surprise))
-    ['as given', 'with point_mass']
+    ['as drawn', 'as given', 'with point_mass']
     """
     first, last = ledger.steps[0], ledger.steps[-1]
-    fits = {"as given": fitted(first.experiment or experiment, measurement, first.values)}
+    drawn = in_scalars(experiment.nominal_values())
+    fits = {AS_DRAWN: fitted(experiment, measurement, drawn)}
+    fits[AS_GIVEN] = fitted(first.experiment or experiment, measurement, first.values)
     if last.effects:
         name = f"with {' and '.join(last.effects)}"
         fits[name] = fitted(last.experiment or ledger.experiment, measurement, last.values)

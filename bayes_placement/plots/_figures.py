@@ -34,11 +34,11 @@ NARROW = 4.2
 LONG = 3.0
 """Length over width of what maps show, from which they stand along each other."""
 
-STRIP = 2.6
-"""Height of a wide map, with its title and its numbers [inch]."""
+STRIP, MAP, MAST = 1.7, 2.7, 5.0
+"""Height of a wide map, of another and of a high one, with title and numbers [inch]."""
 
 LARGEST = 200.0
-"""Longest side of a figure [inch]; panels shrink beyond."""
+"""Greatest height of a figure [inch]; panels shrink beyond."""
 
 CROWDED = 0.2
 """Share of the band within which half of the lines crowd."""
@@ -103,7 +103,7 @@ class Panels(NamedTuple):
                 axes.set_axis_off()
         labels, handles = list(entries), list(entries.values())
         if entries and self.is_new:
-            columns = _columns(labels, self.figure.get_figwidth())
+            columns = _columns(labels, self.figure.get_figwidth() / self.figure.letters)
             place = {"loc": "outside upper center", "ncols": columns}
             self.figure.legend(handles, labels, fontsize="small", **place)
         elif entries:
@@ -143,7 +143,7 @@ def panels(
     if axes is not None:
         return _panels_of_caller(np.array(axes, dtype=object).ravel(), rows, columns)
     width, height = size[0] * columns, size[1] * sum(heights or [1.0] * rows)
-    figure = PlainFigure(figsize=(min(width, LARGEST), min(height, LARGEST)), layout="constrained")
+    figure = PlainFigure.on_page(width, min(height, LARGEST))
     settings: dict[str, Any] = {"subplot_kw": {"projection": projection}}
     grid = figure.subplots(rows, columns, squeeze=False, height_ratios=heights, **settings)
     return Panels(figure, grid, is_new=True)
@@ -163,10 +163,9 @@ def maps_and_bars(
     axes: Sequence[Axes] | None,
     projection: str | None,
     proportion: float,
-    width: float,
-    least_height: float,
+    bars_height: float,
 ) -> Panels:
-    """Return panels for maps, and at the right of all one for bars.
+    """Return panels for maps, and below all one for bars, on a page.
 
     Maps stand two in a row; wide ones below each other, and high ones in one row.
 
@@ -180,10 +179,8 @@ def maps_and_bars(
         Projection of the maps.
     proportion
         Width over height of what a map shows.
-    width
-        Width of a map of a new figure where two stand in a row [inch].
-    least_height
-        Least height of a new figure [inch].
+    bars_height
+        Height of the bars of a new figure [inch], less where a page is too low.
 
     Returns
     -------
@@ -192,21 +189,20 @@ def maps_and_bars(
     """
     if axes is not None:
         return panels(1, count + 1, axes)
-    abreast = 1 if proportion > LONG else count if proportion < 1 / LONG else 2
-    columns = max(1, min(abreast, count))
+    is_long, is_high = proportion > LONG, proportion < 1 / LONG
+    columns = max(1, min(1 if is_long else count if is_high else 2, count))
     rows = max(1, -(-count // columns))
-    all_maps = width * min(2, count)
-    height = min(PAGE, max(PANEL[1] * -(-count // 2), STRIP * rows, least_height))
-    size = (all_maps + PANEL[0], height)
+    map_height = STRIP if is_long else MAST if is_high else MAP
     # Names of axes in space stand out of their panels.
     layout = ConstrainedLayoutEngine(wspace=0.1 if projection else 0.02)
-    figure = PlainFigure(figsize=size, layout=layout)
-    grid = figure.add_gridspec(
-        rows, columns + 1, width_ratios=[all_maps / columns] * columns + [PANEL[0]]
-    )
+    bars_height = min(bars_height, PAGE - rows * map_height)
+    size = (PANEL[0] + NARROW, rows * map_height + bars_height)
+    figure = PlainFigure.on_page(*size, layout)
+    ratios = [map_height] * rows + [bars_height]
+    grid = figure.add_gridspec(rows + 1, columns, height_ratios=ratios)
     cells = list(itertools.product(range(rows), range(columns)))[:count]
     maps = [figure.add_subplot(grid[cell], projection=projection) for cell in cells]
-    bars = figure.add_subplot(grid[:, -1])
+    bars = figure.add_subplot(grid[-1, :])
     return Panels(figure, np.array([[*maps, bars]], dtype=object), is_new=True)
 
 
@@ -254,6 +250,18 @@ def pages_of(dataset: xr.Dataset) -> list[dict[str, slice]]:
         if name in dataset.dims
     ]
     return [dict(ChainMap(*page)) for page in itertools.product(*parts)]
+
+
+def worst_pairs(fit: xr.Dataset, count: int) -> list[dict[str, slice]]:
+    """Return which sensor, actuator and force level the pairs of greatest error over noise are."""
+    size = ((fit["error"] / fit["noise"]) ** 2).mean("frequency").fillna(-1.0)
+    worst = np.argsort(-size.values, axis=None, kind="stable")[:count]
+    numbers = zip(*np.unravel_index(worst, size.shape), strict=True)
+    names = [str(name) for name in size.dims]
+    return [
+        {name: slice(n, n + 1) for name, n in zip(names, map(int, of), strict=True)}
+        for of in numbers
+    ]
 
 
 def share_frequency(axes: np.ndarray, rows: int) -> None:

@@ -1,18 +1,35 @@
 """Panels of measured outputs and those of fitted models, and of the errors between them."""
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from ._colours import DATA, INK
+from ..criticism.fitted import AS_DRAWN
+from ._colours import AFTER, BEFORE, DATA, FLOOR, INK
 from ._figures import channels, in_decibels, phase_axis, unbroken
+
+DASHES = (0, (4, 2))
+"""Style of the line of a model as drawn."""
+
+MARGIN = 0.06
+"""Share of what is shown that stays free above and below."""
+
+
+def colours_of(models: Mapping[str, xr.Dataset]) -> dict[str, str]:
+    """Colours of models by name; that as drawn has one of its own."""
+    fitted = [name for name in models if name != AS_DRAWN]
+    colours = [BEFORE, AFTER] if len(fitted) > 1 else [AFTER]
+    known = {AS_DRAWN: FLOOR, **dict(zip(fitted, colours, strict=True))}
+    return {name: known[name] for name in models}
 
 
 def draw_measured(axes: np.ndarray, fit: xr.Dataset, rows: int) -> None:
-    """Draw what was measured, once, above the lines, which would hide it."""
-    style: dict[str, Any] = {"color": DATA, "markersize": 4, "zorder": 3}
+    """Draw what was measured, once, as pale dots below the lines, which they would hide."""
+    style: dict[str, Any] = {"color": DATA, "markersize": 5, "alpha": 0.5, "zorder": 1}
+    style |= {"markeredgewidth": 0}
     for panel, channel in channels(axes[::rows], fit):
         measured, _ = in_decibels(channel["measured"], channel["measured"].attrs["units"])
         panel.plot(channel["frequency"], measured, ".", label="measured", **style)
@@ -23,23 +40,38 @@ def draw_measured(axes: np.ndarray, fit: xr.Dataset, rows: int) -> None:
 
 
 def draw_response(panel: Axes, channel: xr.Dataset, name: str, color: str) -> None:
-    """Draw the amplitude that a model predicts."""
+    """Draw the amplitude that a model predicts; one as drawn may lie far below what is shown."""
     values, label = in_decibels(channel["predicted"], channel["predicted"].attrs["units"])
-    panel.plot(channel["frequency"], values, color=color, label=name)
+    panel.plot(channel["frequency"], values, label=name, **line_style(color))
     panel.set_ylabel(label)
+    if color != FLOOR:
+        measured, _ = in_decibels(channel["measured"], channel["measured"].attrs["units"])
+        show_all_of(panel, [values.values, measured.values])
+
+
+def show_all_of(panel: Axes, curves: Sequence[np.ndarray]) -> None:
+    """Let the axis reach over all of these curves, whatever else is drawn."""
+    shown = np.concatenate([curve[np.isfinite(curve)] for curve in curves])
+    margin = MARGIN * float(np.ptp(shown)) or 1.0
+    panel.set_ylim(float(shown.min()) - margin, float(shown.max()) + margin)
+
+
+def line_style(color: str) -> dict[str, Any]:
+    """Style of the line of a model; that of one as drawn, before any fit, is grey and dashed."""
+    return {"color": color, "linestyle": DASHES if color == FLOOR else "-", "linewidth": 1.1}
 
 
 def draw_phase(panel: Axes, channel: xr.Dataset, color: str) -> None:
     """Draw the phase that a model predicts."""
     phase = unbroken(channel["predicted_phase"].values)
-    panel.plot(channel["frequency"], phase, color=color)
+    panel.plot(channel["frequency"], phase, **line_style(color))
     phase_axis(panel)
 
 
 def draw_error(panel: Axes, channel: xr.Dataset, name: str, color: str) -> None:
     """Draw what a model leaves, and the noise."""
-    (points,) = panel.plot(channel["frequency"], channel["error"], ".", color=color)
-    points.set(label=f"error, {name}", markersize=4)
+    style = line_style(color) | {"linewidth": 0.8, "label": f"error, {name}"}
+    panel.plot(channel["frequency"], channel["error"], **style)
     panel.plot(channel["frequency"], channel["noise"], color=INK, linewidth=1, label="noise")
     panel.set_yscale("log")
     label = channel["error"].attrs["units"]

@@ -13,7 +13,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from .._types import arguments_checked
-from ..criticism.fitted import effect_places
+from ..criticism.fitted import AS_DRAWN, effect_places
 from ..criticism.missing.fitted_model import FittedModel
 from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.ranking import Ranking
@@ -22,7 +22,7 @@ from ..experiment.experiment import Experiment
 from ..inference.chi2 import LEVEL
 from ..positions.vectors import Recorded
 from . import structure as structure_plots
-from ._colours import AFTER, BEFORE, INK
+from ._colours import AFTER, INK
 from ._figures import (
     LONG,
     PAGE,
@@ -36,21 +36,22 @@ from ._figures import (
     pages_of,
     panels,
     share_frequency,
+    worst_pairs,
 )
-from ._fit_panels import draw_error, draw_measured, draw_phase, draw_response
+from ._fit_panels import colours_of, draw_error, draw_measured, draw_phase, draw_response
 from ._instruments import thinness
 
 MOST_MAPS = 4
-"""Greatest number of maps of a structure in space."""
+"""Greatest number of maps of a structure in space; half as many high ones, or above many bars."""
+
+CROWD = 20
+"""Kinds of effects whose bars leave less room for maps."""
 
 CLAIMED, SUSPECT, CHANCE, FLOOR = "#009E73", AFTER, "0.7", INK
 """Colours."""
 
 BAR = 0.3
 """Height of a bar [inch]."""
-
-MAP = 4.8
-"""Width of a map of a structure in space [inch]."""
 
 LETTERS = 32
 """Letters in a line of text beside a bar."""
@@ -60,6 +61,9 @@ SMALLEST = 1e-3
 
 LEAST_MISFIT = 1e-3
 """Misfit below which a point stands at the lower end: data without noise can be fitted exactly."""
+
+WORST = 3
+"""Channel pairs that are drawn where one page does not hold all."""
 
 _SCORE = "size of score"
 # The numbers of their scores are shifts.
@@ -142,14 +146,15 @@ def _in_space(
     axes: Any,
 ) -> Figure:
     located = table[table["z"].notna()]
-    shown = [kind for kind in reversed(kinds) if kind in set(located["kind"])][:MOST_MAPS]
     thin = thinness(None if axes is None else np.ravel(axes)[0])
     view = structure_plots.view(structure_plots.extent(experiment, located), thin=thin)
-    height = 1.4 * _height(kinds)
-    shape = view.projection, view.proportion
-    layout = maps_and_bars(len(shown), axes, *shape, MAP, min(PAGE, height))
-    *maps, bars = layout.axes.flat
     are_narrow = view.proportion < 1 / LONG
+    most = MOST_MAPS // 2 if are_narrow or len(kinds) > CROWD else MOST_MAPS
+    shown = [kind for kind in reversed(kinds) if kind in set(located["kind"])][:most]
+    height = 0.8 + BAR * len(kinds)
+    shape = view.projection, view.proportion
+    layout = maps_and_bars(len(shown), axes, *shape, height)
+    *maps, bars = layout.axes.flat
     label = f"{_SCORE}{' ' if view.projection else chr(10)}[standard deviations]"
     for panel, kind in zip(maps, shown, strict=True):
         if experiment is not None:
@@ -161,8 +166,8 @@ def _in_space(
         structure_plots.name_axes(panel, view)
         panel.set_title(f"suspicion of{chr(10) if are_narrow else ' '}{kind}")
     _draw_greatest(bars, table, kinds)
-    names = [_with_setting(table, kind, on_one_line=height > PAGE) for kind in kinds]
-    bars.set_yticks(range(len(kinds)), names, fontsize="small" if height > PAGE else None)
+    names = [_with_setting(table, kind, on_one_line=height > PAGE / 2) for kind in kinds]
+    bars.set_yticks(range(len(kinds)), names)
     return layout.with_legend()
 
 
@@ -310,7 +315,9 @@ def _misfit(steps: Sequence[FittedModel]) -> tuple[list[float], str]:
 
 @arguments_checked
 def before_and_after_pages(fits: Mapping[str, xr.Dataset]) -> list[Figure]:
-    """Draw `before_and_after` on pages of at most three sensors and three columns.
+    """Draw `before_and_after` on pages; of more pairs than one holds, the worst three, one each.
+
+    `misfit.residual_maps` shows all of them.
 
     Parameters
     ----------
@@ -323,9 +330,11 @@ def before_and_after_pages(fits: Mapping[str, xr.Dataset]) -> list[Figure]:
     >>> len(bp.plots.ledger.before_and_after_pages(fitted_steps(ledger, experiment, surprise)))
     1
     """
+    pages = pages_of(next(iter(fits.values())))
+    fitted = next(fit for name, fit in fits.items() if name != AS_DRAWN)
+    shown = pages if len(pages) == 1 else worst_pairs(fitted, WORST)
     return [
-        before_and_after({name: fit.isel(page) for name, fit in fits.items()})
-        for page in pages_of(next(iter(fits.values())))
+        before_and_after({name: fit.isel(page) for name, fit in fits.items()}) for page in shown
     ]
 
 
@@ -358,8 +367,8 @@ def before_and_after(
     has_phase = "measured_phase" in first
     heights = [1.0, 0.5, 0.8] if has_phase else [1.0, 0.8]
     layout, rows = channel_panels(first, heights, axes), len(heights)
-    colors = [BEFORE, AFTER] if len(fits) > 1 else [AFTER]
-    for (name, fit), color in zip(fits.items(), colors, strict=True):
+    for name, color in colours_of(fits).items():
+        fit = fits[name]
         for panel, channel in channels(layout.axes[::rows], fit):
             draw_response(panel, channel, name, color)
         for panel, channel in channels(layout.axes[1::rows], fit) if has_phase else ():

@@ -1,6 +1,6 @@
 """Figures of the misfit of a fitted model: where it fails, and how it looks there."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from .._types import arguments_checked
 from ..criticism.check.misfit import Misfit
+from ..criticism.fitted import AS_DRAWN
 from ._colours import AFTER, BEFORE, INK
 from ._figures import (
     PAGE,
@@ -23,6 +24,8 @@ from ._figures import (
     pages_of,
     panels,
 )
+from ._plain_figure import WIDTH
+from ._residual_panels import draw_maps, height_of, in_bands
 
 FIRST_PART, SECOND_PART = AFTER, BEFORE
 """Colours of the real and the imaginary part."""
@@ -64,6 +67,34 @@ def residual_map(misfit: Misfit, *, axes: Sequence[Axes] | np.ndarray | None = N
         panel.set_title(f"residual{level}")
     label = f"size of residual [{relative.attrs['units']}]"
     layout.figure.colorbar(mesh, ax=layout.axes.ravel().tolist(), label=label)
+    figure: Figure = layout.figure
+    return figure
+
+
+@arguments_checked
+def residual_maps(
+    fits: Mapping[str, xr.Dataset], *, axes: Sequence[Axes] | np.ndarray | None = None
+) -> Figure:
+    """Draw the size of the residual over the noise of fitted models, channel pair against band.
+
+    Parameters
+    ----------
+    fits
+        What `criticism.fitted.fitted_steps` returned; the model as drawn is left out.
+    axes
+        Axes to draw in, one for each fitted model; None for a new figure.
+
+    Examples
+    --------
+    >>> from bayes_placement.criticism.fitted import fitted_steps
+    >>> fits = fitted_steps(ledger, experiment, surprise)
+    >>> bp.plots.misfit.residual_maps(fits).axes[0].get_title()
+    'as given'
+    """
+    sizes = {name: in_bands(fit) for name, fit in fits.items() if name != AS_DRAWN}
+    height = height_of(next(iter(sizes.values())))
+    layout = panels(len(sizes), 1, axes, size=(WIDTH, height))
+    draw_maps(layout.figure, layout.axes, sizes)
     figure: Figure = layout.figure
     return figure
 

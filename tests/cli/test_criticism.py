@@ -110,6 +110,7 @@ FILES = {
         "ledger.json",
         "ledger.txt",
         "probabilities.png",
+        "residual_map.png",
         "run.json",
         "suspicion.csv",
         "suspicion.png",

@@ -1,6 +1,7 @@
 """Every figure function draws in the axes that it is given, and returns their figure."""
 
 import inspect
+import re
 
 import matplotlib
 import matplotlib.pyplot as plt
@@ -9,6 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import bayes_placement as bp
+from bayes_placement.plots.report._svg import svg_of
 from tests import public_calls
 from tests.plots import test_ledger as ledgers
 from tests.plots import test_misfit as misfits
@@ -36,6 +38,7 @@ PANELS = {
     posterior.placement: (5, lambda: (posteriors.result_in_space(),)),
     posterior.methods: (1, lambda: ({"one": posteriors.result()},)),
     misfit.residual_map: (2, lambda: (misfits.misfit(levels=2),)),
+    misfit.residual_maps: (2, lambda: (ledgers.fits(),)),
     misfit.discrepancy: (2, lambda: (misfits.misfit(),)),
     reach.curves: (4, lambda: (public_calls.reached(),)),
     reach.law: (2, lambda: (public_calls.reached(),)),
@@ -84,6 +87,17 @@ def test_too_many_axes_are_refused(function):
     axes = figure.subplots(count + 1, 1, squeeze=False)
     with pytest.raises(ValueError, match=f"{count + 1} axes were given; {count} are needed"):
         function(*arguments(), axes=axes)
+
+
+@pytest.mark.parametrize("function", [*ONE_PANEL, *PANELS], ids=name)
+def test_a_figure_fits_a_page_and_its_letters_can_be_read(function):
+    given = ONE_PANEL[function]() if function in ONE_PANEL else PANELS[function][1]()
+    figure = function(*given, **NEEDED.get(function, {}))
+    svg = svg_of(figure)
+    width = float(re.search(r'viewBox="0 0 ([\d.]+)', svg)[1])  # [pt]
+    assert width <= 72 * 180 / 25.4 + 0.1
+    sizes = [float(size) for size in re.findall(r"font-size: ?([\d.]+)px", svg)]
+    assert sizes and min(sizes) >= 7.0
 
 
 def test_all_figure_functions_are_called_alike():

@@ -12,7 +12,7 @@ from ...experiment.modal_parameters import ModalParameters
 from ...experiment.prior_draws import draws_from_priors
 from ...inference.alternative_explanation import Alternative, JointDraws
 from ...inference.results import named_draws
-from ..fitted import in_scalars
+from ..fitted import AS_DRAWN, AS_GIVEN, in_scalars
 from ..fitted_modes import fitted_modes
 from ..missing.ledger import NOTHING, Ledger
 from ..missing.ranking import Ranking
@@ -26,11 +26,6 @@ from ._unknowns import shown_unknowns, with_bounds
 
 ABOUT = "about"
 """Attribute of the findings: words on the run, as JSON."""
-
-AS_GIVEN = "as given"
-
-AS_DRAWN = "as drawn"
-"""Name of the model as given at recorded positions and means of priors, before any fit."""
 
 MOST_DRAWS = 1000
 """Draws, at most, that are kept of the prior and of the posterior."""

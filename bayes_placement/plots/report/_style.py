@@ -10,12 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from .._colours import FLOOR, INK
-from .._plain_figure import PlainFigure
+from .._plain_figure import WIDTH, PlainFigure
 from ._svg import svg_of
 from .content import Drawing, Table
-
-WIDTH = 180 / 25.4
-"""Width of a figure [inch]: a page of A4 shows it in the size in which it was drawn."""
 
 HIGHEST = 9.4
 """Greatest height of a figure [inch]: a page of A4 holds it with its caption."""
@@ -24,7 +21,7 @@ MOST_POINTS = 500
 """Points of a curve that are drawn; the data hold all."""
 
 _LOOK: dict[str, Any] = {
-    "font.size": 8,
+    "font.size": 8.5,
     "axes.titlesize": 8,
     "axes.titlelocation": "left",
     "axes.edgecolor": FLOOR,
@@ -54,8 +51,7 @@ def panels(rows: int, columns: int, height: float, **settings: Any) -> tuple[Fig
 
     Each has a height [inch], less where a page is too low for all of them.
     """
-    size = WIDTH, min(HIGHEST, max(1.4, height * rows))
-    figure = PlainFigure(figsize=size, layout="constrained")
+    figure = PlainFigure.on_page(WIDTH, min(HIGHEST, max(1.4, height * rows)))
     axes = figure.subplots(rows, columns, squeeze=False, **settings)
     return figure, axes
 

@@ -8,8 +8,9 @@ import pandas as pd
 import xarray as xr
 
 from ....experiment.experiment import FORCE_LEVEL
-from ..._colours import AFTER, BEFORE, DATA, FIFTH, FLOOR, INK
+from ..._colours import DATA, FIFTH, INK
 from ..._figures import DECIBELS, HALF_TURN, LOGARITHM, unbroken
+from ..._fit_panels import colours_of, line_style, show_all_of
 from .._saved import Saved
 from .._style import decade_labels, drawing, legend, panels, thinned
 from ..content import Item, Table, Text
@@ -17,12 +18,6 @@ from ..report import RESPONSES
 
 MOST_CHANNELS = 3
 """Channel pairs that are drawn; those with the largest error before."""
-
-COLOURS = {1: [AFTER], 2: [FLOOR, AFTER], 3: [FLOOR, BEFORE, AFTER]}
-"""Colours of so many models, of which the first is as drawn."""
-
-DASHES = (0, (4, 2))
-"""Style of the line of the model as drawn."""
 
 
 def items(saved: Saved) -> Iterator[Item]:
@@ -69,14 +64,14 @@ def _item(fits: dict[str, xr.Dataset]) -> Item:
     has_phase = "measured_phase" in first
     heights = [1.0, 0.45, 0.8] if has_phase else [1.0, 0.8]
     figure, axes = panels(len(heights), 1, 1.3, sharex=True, gridspec_kw={"height_ratios": heights})
-    colours = COLOURS[len(fits)]
-    for (name, fit), colour in zip(fits.items(), colours, strict=True):
+    for name, colour in colours_of(fits).items():
+        fit = fits[name]
         shown = fit.isel(frequency=thinned(fit["predicted"].values))
         _draw_response(axes[0, 0], shown, name, colour)
         if has_phase:
             _draw_phase(axes[1, 0], shown, colour)
         _draw_error(axes[-1, 0], shown, name, colour)
-    _show_fitted(axes[0, 0], fits)
+    _show_fitted(axes[0, 0], [*fits.values()][-1])
     _draw_measured(axes, first.isel(frequency=thinned(first["measured"].values)), has_phase)
     _draw_floors(axes[-1, 0], [*fits.values()][-1])
     axes[-1, 0].set_xlabel("frequency [Hz]")
@@ -100,11 +95,6 @@ def _decibel(values: Any, is_logarithm: bool) -> Any:
     return DECIBELS * values if is_logarithm else values
 
 
-def _line(colour: str) -> dict[str, Any]:
-    """Style of the line of a model; that as drawn is dashed."""
-    return {"color": colour, "linestyle": DASHES if colour == FLOOR else "-", "linewidth": 1.0}
-
-
 def _draw_response(panel: Any, fit: xr.Dataset, name: str, colour: str) -> None:
     unit = str(fit["predicted"].attrs["units"])
     logarithm = unit.startswith(LOGARITHM)
@@ -112,7 +102,7 @@ def _draw_response(panel: Any, fit: xr.Dataset, name: str, colour: str) -> None:
     panel.plot(
         fit["frequency"].values,
         values,
-        **_line(colour),
+        **line_style(colour),
         label=name,
     )
     panel.set_ylabel(f"dB re 1 {_bracket(unit)}" if logarithm else unit, fontsize=8)
@@ -123,20 +113,15 @@ def _bracket(unit: str) -> str:
     return unit[unit.rfind("[") + 1 :].removesuffix("]")
 
 
-def _show_fitted(panel: Any, fits: dict[str, xr.Dataset]) -> None:
-    """Show what was measured and fitted; a model as drawn may lie far below, where nothing acts."""
-    *_, fit = fits.values()
-    words = ("measured", "predicted")
+def _show_fitted(panel: Any, fit: xr.Dataset) -> None:
+    """Show what was measured and fitted; a model as drawn may lie far below."""
     logarithm = str(fit["measured"].attrs["units"]).startswith(LOGARITHM)
-    shown = np.array([_decibel(fit[word].values, logarithm) for word in words])
-    low, high = np.nanmin(shown), np.nanmax(shown)
-    margin = 0.06 * (high - low) or 1.0
-    panel.set_ylim(low - margin, high + margin)
+    show_all_of(panel, [_decibel(fit[w].values, logarithm) for w in ("measured", "predicted")])
 
 
 def _draw_phase(panel: Any, fit: xr.Dataset, colour: str) -> None:
     shown = unbroken(fit["predicted_phase"].values)
-    panel.plot(fit["frequency"].values, shown, **_line(colour))
+    panel.plot(fit["frequency"].values, shown, **line_style(colour))
     panel.set_ylabel("phase [deg]", fontsize=8)
     panel.set(yticks=[-HALF_TURN, 0, HALF_TURN], ylim=(-1.15 * HALF_TURN, 1.15 * HALF_TURN))
 
@@ -154,7 +139,7 @@ def _draw_measured(axes: np.ndarray, fit: xr.Dataset, has_phase: bool) -> None:
 
 def _draw_error(panel: Any, fit: xr.Dataset, name: str, colour: str) -> None:
     values = np.where(fit["error"].values > 0, fit["error"].values, np.nan)
-    panel.plot(fit["frequency"].values, values, **_line(colour))
+    panel.plot(fit["frequency"].values, values, **line_style(colour))
     panel.set_yscale("log")
     unit = str(fit["error"].attrs["units"])
     short = "log10 of ratio" if unit.startswith("log10") else _bracket(unit)
