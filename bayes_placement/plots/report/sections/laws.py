@@ -17,7 +17,7 @@ from ....laws.symbols import Number, Owned, numbers
 from .._saved import Saved
 from .._svg import checked_svg
 from ..content import Cell, Drawing, Item, Table, Text
-from ..report import LAWS
+from ..report import LAWS, SUSPICION
 
 TAGS = ("effect", "law")
 
@@ -26,17 +26,19 @@ NUMBERS = ("number", "of", "value", "95 % from", "95 % to", "unit")
 
 FIGURES = {
     "reach": (
+        SUSPICION,
         "What one law at each place could do",
         "Pale: share of the misfit that any law at a place could remove; dark: what a law of few "
         "numbers removes; where both are flat, these sensors do not tell the place.",
     ),
     "law": (
+        LAWS,
         "The law as measured",
         "The law that the data ask for at the place, line by line with 95 % intervals, and the "
         "most probable networks through it.",
     ),
 }
-"""Title and caption of each figure of the run, by the name of its files."""
+"""Section, title and caption of each figure of the run, by the name of its files."""
 
 
 def items(saved: Saved) -> Iterator[Item]:
@@ -46,11 +48,11 @@ def items(saved: Saved) -> Iterator[Item]:
         yield Item(LAWS, "Where it acts", Text(tuple(claimed)), tags=TAGS)
     for number, entry in enumerate(saved.effects, 1):
         yield from _of_effect(entry, f" {number}" if len(saved.effects) > 1 else "")
-    for name, (title, caption) in FIGURES.items():
+    for name, (section, title, caption) in FIGURES.items():
         svg, table = saved.drawing(f"{name}.svg"), saved.table(f"{name}.csv")
         if svg is not None and table is not None:
             data = Table.of(table.dropna(axis="columns", how="all"))
-            yield Item(LAWS, title, Drawing(svg, data, follows_theme=True), caption, TAGS)
+            yield Item(section, title, Drawing(svg, data, follows_theme=True), caption, TAGS)
     others = [each for entry in saved.effects for each in (entry, *entry["equivalent"])]
     if len(others) > len(saved.effects):
         words = "Other explanations that fit the data as well as the effect that is claimed."
