@@ -17,7 +17,7 @@ from ..criticism.check.check import verdict as verdict_on
 from ..experiment.experiment import Measurements
 from ..inference import cross_check
 from ..inference import summary as summaries
-from ..inference.report import Report, numbers, report
+from ..inference.report import CrossCheck, numbers, report
 from ..inference.results import warnings_of
 from ..io._gate import files_read
 from ..io.model import Study
@@ -223,7 +223,7 @@ def _verdict(rows: list[summaries.UnknownSummary], method: str) -> str:
     return f"{unknowns} inferred by {method}{places}. --engine all checks it by other methods."
 
 
-def _print(screen: Screen, comparison: Report) -> None:
+def _print(screen: Screen, comparison: CrossCheck) -> None:
     screen.text(TITLE)
     for table in _tables(screen.console, comparison.table, comparison.of_unknowns):
         screen.show(table)
@@ -258,7 +258,7 @@ def _table(figures: pd.DataFrame, of_unknowns: OfUnknowns) -> Table:
     return table
 
 
-def _write(results: Results, comparison: Report, run: Run) -> None:
+def _write(results: Results, comparison: CrossCheck, run: Run) -> None:
     if len(results) > 1:
         run.table("cross_check.csv", numbers(results), index=False)
         run.text("cross_check.txt", str(comparison))

@@ -72,7 +72,7 @@ class Figure(NamedTuple):
         return f"{self.unknown} {self.statistic}".strip()
 
 
-class Report(NamedTuple):
+class CrossCheck(NamedTuple):
     """A cross-check of several methods.
 
     Parameters
@@ -121,7 +121,7 @@ class Report(NamedTuple):
 
     def __repr__(self) -> str:
         """Say which methods are compared, and the last sentence."""
-        return f"Report of {', '.join(map(str, self.table.index))}: {self.words()[-1]}"
+        return f"Cross-check of {', '.join(map(str, self.table.index))}: {self.words()[-1]}"
 
     def _repr_html_(self) -> str:
         return notebook_html(self.words()[-1], self.table.T, self.words()[:-1])
@@ -132,7 +132,7 @@ class Report(NamedTuple):
 
 
 @arguments_checked
-def report(results: Mapping[str, xr.DataTree]) -> Report:
+def report(results: Mapping[str, xr.DataTree]) -> CrossCheck:
     """Compare methods on the same experiment and measurement.
 
     Parameters
@@ -142,7 +142,7 @@ def report(results: Mapping[str, xr.DataTree]) -> Report:
 
     Returns
     -------
-    Report
+    CrossCheck
         The table; the pairs of methods that disagree on a mean, a coefficient of variation, the
         divergence or the log evidence by more than their standard errors allow, at a probability
         of one false alarm in a hundred over all comparisons; and their own warnings.
@@ -182,7 +182,7 @@ def report(results: Mapping[str, xr.DataTree]) -> Report:
         if figure.unknown
     }
     figures = _disagreements(comparisons), len(comparisons)
-    return Report(table, *figures, warnings, of_unknowns, misfits)
+    return CrossCheck(table, *figures, warnings, of_unknowns, misfits)
 
 
 def check_result(name: str, result: xr.DataTree, why: str, example: str) -> None:
