@@ -16,10 +16,10 @@ from .._sites import Unknown
 from ..experiment.applied import AppliedLaw
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
+from .batched_function import BATCH, BatchedFunction
 from .batches import Form, batch
 from .coordinates import Coordinates
 from .distinct_rows import distinct_rows
-from .in_batches import BATCH, InBatches
 from .standardised_residual import standardised_residual
 from .threaded_map import threaded_map
 
@@ -67,7 +67,7 @@ class ResidualsOfState:
         self.columns = np.concatenate([np.zeros(0, dtype=int), *columns])
         self._state, self._effort = state, effort
         self._batch = compiled(batch).bound(state.experiment, effort=0)
-        self._in_batches = InBatches(self._of_batch)
+        self._batched = BatchedFunction(self._of_batch)
 
     @property
     def size(self) -> int:
@@ -85,10 +85,10 @@ class ResidualsOfState:
         # What another state alone has does not change this one: each point is computed once.
         first, which = distinct_rows(mine)
         if len(first) == len(mine):
-            self._in_batches.fill(arrays, mine, logarithmic)
+            self._batched.fill(arrays, mine, logarithmic)
             return
         fewer = tuple(np.empty_like(array[: len(first)]) for array in arrays)
-        self._in_batches.fill(fewer, mine[first], logarithmic)
+        self._batched.fill(fewer, mine[first], logarithmic)
         for array, values in zip(arrays, fewer, strict=True):
             array[:] = values[which]
 

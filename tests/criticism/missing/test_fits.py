@@ -19,7 +19,7 @@ from bayes_placement.criticism.missing._held_out import (
     scores,
 )
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
-from bayes_placement.inference.in_batches import BATCH
+from bayes_placement.inference.batched_function import BATCH
 from bayes_placement.inference.residuals import Problem
 from bayes_placement.inference.residuals_of_state import State
 from tests.criticism.small import MASS, TRUTH, experiment, measured, without_coherence
@@ -165,7 +165,7 @@ def test_an_earlier_state_is_computed_once_for_what_it_does_not_have(monkeypatch
     expected = np.concatenate([problem.squares.residuals(point[None])[0] for point in points])
     computed = []
     for part in problem._parts:
-        monkeypatch.setattr(part._in_batches, "_function", counting(part._of_batch, computed))
+        monkeypatch.setattr(part._batched, "_function", counting(part._of_batch, computed))
     residual, _ = problem.squares.residuals(points)
     np.testing.assert_array_equal(residual, expected)
     assert len(computed) == 3 + 1

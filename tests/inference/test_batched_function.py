@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bayes_placement.inference import threaded_map
-from bayes_placement.inference.in_batches import BATCH, InBatches
+from bayes_placement.inference.batched_function import BATCH, BatchedFunction
 
 
 def squares_and_sums(points, factor):
@@ -17,7 +17,7 @@ def squares_and_sums(points, factor):
 @pytest.mark.parametrize("count", [1, BATCH - 1, BATCH, BATCH + 1, 5 * BATCH + 3])
 def test_values_are_those_of_each_point(count):
     points = np.random.default_rng(count).normal(size=(count, 3))
-    evaluated = InBatches(squares_and_sums)
+    evaluated = BatchedFunction(squares_and_sums)
     for _ in range(2):  # alone at first, then on several threads
         squares, sums = np.full((count, 3), np.nan), np.full(count, np.nan)
         evaluated.fill((squares, sums), points, 2.0)
@@ -41,7 +41,7 @@ def test_the_first_batch_is_alone_and_later_ones_meet(monkeypatch):
         return (points,)
 
     try:
-        InBatches(met).fill([np.zeros((3 * BATCH, 1))], np.zeros((3 * BATCH, 1)))
+        BatchedFunction(met).fill([np.zeros((3 * BATCH, 1))], np.zeros((3 * BATCH, 1)))
     finally:
         threaded_map._threads.cache_clear()
 

@@ -13,7 +13,7 @@ BATCH = 8
 """Points evaluated together: more cost memory, fewer cost compiled calls."""
 
 
-class InBatches:
+class BatchedFunction:
     """A function of batches of points, at any number of them.
 
     Parameters
