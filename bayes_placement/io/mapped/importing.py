@@ -26,8 +26,8 @@ from .measurement import (
     unused_rows,
     unused_sensitivities,
 )
+from .own_mapping import completed
 from .report import ImportReport, report
-from .stated import completed
 
 _MAPPING_SUFFIX = ".toml"
 _AGREEMENT = 1e-5  # of the greatest coordinate; universal files may keep six digits

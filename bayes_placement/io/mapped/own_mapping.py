@@ -26,7 +26,7 @@ _COLUMN = re.compile(
 )
 
 
-def stated(source: NamedArrays, unit: str | None) -> Mapping:
+def own_mapping(source: NamedArrays, unit: str | None) -> Mapping:
     """Return what a file says of itself, with a unit of the FRFs that it leaves open."""
     fields = {**_frequency(source), **_of_named_arrays(source)}
     if "frf" not in fields:
@@ -48,7 +48,7 @@ def completed(mapping: Mapping, source: NamedArrays) -> Mapping:
     if mapping.frf:  # coherence and channels belong to the FRFs that the file would have stated
         known = _mapping(source, _frequency(source))
         return mapping._replace(frequency=mapping.frequency or known.frequency)
-    known = stated(source, mapping.unit)
+    known = own_mapping(source, mapping.unit)
     _check_units(mapping, known, source.path)
     empty = Mapping()
     missing = {
