@@ -73,6 +73,7 @@ def test_errors_are_as_large_as_stated():
     assert are_as_stated(of_poles[:, 0], 60)
     assert are_as_stated(of_poles[:, 1], 60)
     assert are_as_stated(of_shapes, 180)
+    assert are_as_stated(of_poles.sum() + of_shapes.sum(), 300)
 
 
 @pytest.mark.parametrize("derivative", [0, 1, 2])

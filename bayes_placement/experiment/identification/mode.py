@@ -49,8 +49,7 @@ def identified_mode(
     without_scale = np.eye(real.size) - np.outer(real, real) if real.size > 1 else np.eye(1)
     of_residues = phase / length * without_scale @ found.of_residues
     covariance = _covariance(band, fit, number, of_residues)
-    excess = max(fit.excess, found.excess) / fit.excess
-    covariance[2:, 2:] *= excess
+    covariance[2:, 2:] *= found.excess(fit.excess)
     if real.size > 1:  # the scale is given the error of all else: none would be singular
         scale = np.trace(covariance[2:, 2:]) / (real.size - 1)
         covariance[2:, 2:] += scale * np.outer(real, real)

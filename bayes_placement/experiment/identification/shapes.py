@@ -4,9 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Complex, Float
+from scipy.special import chdtrc
 
 ROUNDS = 30
 """Rounds of alternating least squares."""
+
+CHANCE = 0.01
+"""Probability below which residues are no product, but for chance."""
 
 
 class ShapeFit(NamedTuple):
@@ -27,10 +31,13 @@ class ShapeFit(NamedTuple):
     squares: float
     freedom: int
 
-    @property
-    def excess(self) -> float:
-        """Scatter about the product over the variances; 1 at least, or where nothing is left."""
-        return max(1.0, self.squares / max(self.freedom, 1))
+    def excess(self, level: float) -> float:
+        """Variance of residues about the product over a level; 1 where errors of these explain it.
+
+        Residues are few: what chance explains, at 1 in 100, is none.
+        """
+        chance = chdtrc(2 * self.freedom, 2 * self.squares / level) if self.freedom > 0 else 1.0
+        return self.squares / self.freedom / level if chance < CHANCE else 1.0
 
 
 def shape_of(
