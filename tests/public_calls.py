@@ -418,6 +418,12 @@ def law_file():
     return str(folder() / "law.csv")
 
 
+def photograph():
+    """The beginning of a PNG."""
+    (folder() / "bar.png").write_bytes(b"\x89PNG\r\n\x1a\n")
+    return str(folder() / "bar.png")
+
+
 @functools.cache
 def fitted():
     """Response and error before and after."""
@@ -1957,6 +1963,9 @@ def calls_of_plots():
                 "to": path(str(folder() / "of_run.html"), "nothing", "missing", list=["a"]),
                 "label": name("Monday", "nothing", "empty", "dot"),
                 "title": name("Frame", "nothing", "empty", "dot"),
+                "author": name("A. Person", "nothing", "empty", "dot"),
+                "client": name("City", "nothing", "empty", "dot"),
+                "photo": path(photograph(), "nothing"),
                 "comments": things(["Torque was 8 N m."], text="Torque was 8 N m."),
             },
         ),
