@@ -1058,11 +1058,15 @@ CALLS = {
     ),
     "improve a label empty": (
         lambda: bp.improve(experiment(), {"": measurement(), "new": measurement()}),
-        "A state of the label '' was given; a text is needed, since the ledger names states",
+        "A state of the label '' was given; a name of at most 100 letters is needed",
+    ),
+    "improve a label of control characters": (
+        lambda: bp.improve(experiment(), {"\x1b[2J": measurement(), "new": measurement()}),
+        "A state of the label '\\x1b[2J' was given; a name of at most 100 letters is needed",
     ),
     "improve a label number": (
         lambda: bp.improve(experiment(), {1: measurement(), 2: measurement()}),
-        "A state of the label 1 was given; a text is needed, since the ledger names states",
+        "A state of the label=1 was given; a name is needed, since it stands in tables and files",
     ),
     "map of lists": (
         lambda: bp.information_map(sensor_somewhere(), {"s1": [[0.3, 0.4]]}),

@@ -27,6 +27,7 @@ from ...experiment.model_error import Modal
 from ...experiment.resized import as_measured
 from ...inference.chi2 import LEVEL
 from ...inference.record import record
+from ...positions.names import printable_name
 from ..kept_fits import fits_kept_in
 from ._alternatives import alternatives
 from ._answers import Question, answered, ticks
@@ -255,12 +256,8 @@ def _share(progress: Progress, number: int, count: int) -> Progress:
 
 def _check_states(states: Mapping[str, Any], baseline: Any) -> None:
     """Refuse states of which there is only one, a label that is none, or a second baseline."""
-    unnamed = [label for label in states if not (isinstance(label, str) and label.strip())]
-    if unnamed:
-        raise InputError(
-            f"A state of the label {unnamed[0]!r} was given; a text is needed, since the ledger "
-            'names states by it: bp.improve(experiment, {"undamaged": before, "5 mm cut": after}).'
-        )
+    for label in states:
+        printable_name("A state of the label", label)
     if len(states) < 2 or baseline is not None:
         raise InputError(
             f"{len(states)} states by label were given"
