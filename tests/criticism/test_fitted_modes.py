@@ -6,6 +6,7 @@ import pytest
 import bayes_placement as bp
 from bayes_placement.criticism.findings import Model, findings
 from bayes_placement.criticism.fitted_modes import fitted_modes
+from bayes_placement.plots.report import Report, write_report
 from tests.experiment import modal_bars
 
 PLACES = (0.12, 0.37, 0.81)
@@ -49,3 +50,17 @@ def test_findings_hold_modes_in_the_place_of_responses(modal):
     assert "fit_0" not in tree.children
     assert tree["modes_0"].to_dataset().equals(fit)
     assert tree["places"]["item"].values.tolist() == ["s0", "s1", "s2", "point_mass"]
+
+
+def test_a_report_tells_frequencies_damping_and_assurance_of_modes(modal, tmp_path):
+    measured, experiment, fit = modal
+    tree = findings([Model("as given", experiment, {})], {}, measured, {"command": "improve"})
+    bp.io.netcdf.write(tree, tmp_path / "findings.nc")
+    (chapter,) = Report.read(write_report(tmp_path)).chapters
+    tables = {item.title: item.content for item in chapter.items}
+    rows = np.array(tables["Natural frequencies and damping"].rows)
+    np.testing.assert_allclose(rows[:, 1], fit["natural_frequency"], rtol=1e-4)
+    assert np.abs(rows[:, 2:4]).max() < 0.02  # [%] as drawn and as given, which are the same here
+    np.testing.assert_allclose(rows[:, 4], 100 * fit["damping_ratio"], rtol=1e-2)
+    given = dict(zip(*np.array(tables["Modal assurance criterion"].rows)[:, :2].T, strict=True))
+    assert given == {"as drawn": "1.0", "as given": "1.0"}
