@@ -1897,6 +1897,9 @@ def calls_of_plots():
         "plots.misfit.residual_map": Call(
             plots.misfit.residual_map, {"misfit": thing(misfit()), **AXES}
         ),
+        "plots.misfit.residual_maps": Call(
+            plots.misfit.residual_maps, {"fits": mapping(fitted()), **AXES}
+        ),
         "plots.misfit.discrepancy": Call(
             plots.misfit.discrepancy, {"misfit": thing(misfit()), **AXES}
         ),

@@ -189,7 +189,6 @@ SHARED_CLASS_NAMES = {
     "KDE": "marginals.KDE infers with a kernel density estimate, information.KDE plans with one",
     "Modal": "damping.Modal damps each mode, model_error.Modal is the error of each mode",
     "Modes": "modes.Modes are those of a structure, observe.Modes observes them",
-    "Report": "bp.report returns the one of several methods, plots.report writes the other",
 }
 
 
