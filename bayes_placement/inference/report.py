@@ -121,7 +121,7 @@ class CrossCheck(NamedTuple):
 
     def __repr__(self) -> str:
         """Say which methods are compared, and the last sentence."""
-        return f"Cross-check of {', '.join(map(str, self.table.index))}: {self.words()[-1]}"
+        return f"CrossCheck of {', '.join(map(str, self.table.index))}: {self.words()[-1]}"
 
     def _repr_html_(self) -> str:
         return notebook_html(self.words()[-1], self.table.T, self.words()[:-1])

@@ -195,7 +195,8 @@ def test_real_frequencies_of_a_free_beam(shared_data):
 @pytest.mark.long
 def test_real_frequencies_of_a_plane(shared_data):
     """All peaks but those of 87.85 and 135.3 Hz, which rise too little; 125.2 and 125.6 are one."""
-    arrays = np.load(shared_data / "measured/plane/measured.npz")
+    with np.load(shared_data / "measured/plane/measured.npz") as file:
+        arrays = dict(file)
     frf = arrays["frf"][:, ::3]
     measurement = bp.Measurement.from_arrays(
         frf,
