@@ -42,7 +42,7 @@ Tree = TypeVar("Tree")
 
 
 class KeptFits:
-    """Fits in a folder, and how many of them were taken.
+    """Fits in a folder, and how many of an earlier run were taken.
 
     Parameters
     ----------
@@ -53,6 +53,7 @@ class KeptFits:
     def __init__(self, folder: str | Path):
         self.files = ArrayStore(folder)
         self.taken = 0
+        self._written = set[str]()
 
     @property
     def folder(self) -> Path:
@@ -64,7 +65,7 @@ class KeptFits:
         arrays = self.files.read(key)
         if arrays is None:
             return None
-        self.taken += 1
+        self.taken += key not in self._written
         leaves = [arrays[_name(number)] for number in range(len(arrays))]
         numbers = [leaf if leaf.ndim else leaf.item() for leaf in leaves]
         tree: Tree = jax.tree.unflatten(jax.tree.structure(like), numbers)
@@ -77,6 +78,7 @@ class KeptFits:
             return
         try:
             self.files.write(key, leaves)
+            self._written.add(key)
         except WritingError as error:
             warn(f"A fit is not kept for a later run: {error}")
 

@@ -120,6 +120,14 @@ def test_a_full_disk_does_not_end_the_search(asked, full_store, tmp_path, monkey
         assert same(asked(store=tmp_path), full_store[1])
 
 
+def test_what_this_run_wrote_is_not_counted_as_taken_from_an_earlier_one(tmp_path):
+    for fits, taken in ((kept_fits.KeptFits(tmp_path), 0), (kept_fits.KeptFits(tmp_path), 1)):
+        if not taken:
+            fits.write("mine", np.zeros(2))
+        np.testing.assert_array_equal(fits.read("mine", np.ones(2)), np.zeros(2))
+        assert fits.taken == taken
+
+
 def test_what_is_large_is_not_kept(tmp_path):
     fits = kept_fits.KeptFits(tmp_path)
     fits.write("small", np.zeros(2))
@@ -132,8 +140,9 @@ def test_sizes_of_errors_come_back(tmp_path):
     problem = kept_fits.Problem(setup, setup.data(measured(seed=4)))
     starts = np.zeros((1, problem.dimension))
     anew = kept_fits.kept_with_sizes(problem, starts, (0.1,))
-    with kept_fits.fits_kept_in(tmp_path) as fits:
+    with kept_fits.fits_kept_in(tmp_path):
         kept_fits.kept_with_sizes(problem, starts, (0.1,))
+    with kept_fits.fits_kept_in(tmp_path) as fits:
         again = kept_fits.kept_with_sizes(problem, starts, (0.1,))
         assert fits.taken == 1
     assert again.problem.sizes == anew.problem.sizes
