@@ -62,14 +62,7 @@ ROWS = Rows(Case, "crude_cases")
 @cache
 def case(question: str, seed: int) -> Case:
     """Ask a question of a seed, or look it up."""
-    return ROWS.row(lambda: told(question, seed), question=question, seed=seed)
-
-
-def told(question: str, seed: int) -> Case:
-    """Ask a question of a seed, and print what came of it."""
-    asked = asked_of(question, seed)
-    print(asked, flush=True)
-    return asked
+    return ROWS.told(asked_of, question=question, seed=seed)
 
 
 def asked_of(question: str, seed: int) -> Case:

@@ -48,14 +48,14 @@ ROWS = Rows(GradedVerdict, "graded_verdicts")
 @cache
 def verdict(family: str, seed: int) -> GradedVerdict:
     """Ask for what a structure hides, or look it up."""
-    return ROWS.row(lambda: told(family, seed), family=family, seed=seed)
+    return ROWS.told(asked_of, family=family, seed=seed)
 
 
-def told(family: str, seed: int) -> GradedVerdict:
+def asked_of(family: str, seed: int) -> GradedVerdict:
     drawn = FAMILIES[family](seed)
     wall, cpu = time.perf_counter(), time.process_time()
     ledger = bp.improve(*experiment_of(drawn.draw))
-    verdict = GradedVerdict(
+    return GradedVerdict(
         family=family,
         seed=seed,
         hidden=list(drawn.hidden),
@@ -64,8 +64,6 @@ def told(family: str, seed: int) -> GradedVerdict:
         wall=time.perf_counter() - wall,
         cpu=time.process_time() - cpu,
     )
-    print(verdict, flush=True)
-    return verdict
 
 
 if __name__ == "__main__":

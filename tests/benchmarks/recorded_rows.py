@@ -47,3 +47,13 @@ class Rows(Generic[Row]):
             with (to / f"{self.name}.jsonl").open("a") as file:
                 file.write(json.dumps(asdict(row)) + "\n")
         return row
+
+    def told(self, ask: Callable[..., Row], **key: str | int) -> Row:
+        """Return the recorded row of what is asked, or ask, print and add it."""
+
+        def asked() -> Row:
+            row = ask(**key)
+            print(row, flush=True)
+            return row
+
+        return self.row(asked, **key)
