@@ -8,6 +8,7 @@ from ..experiment.identification.identify import Side, identified
 from ..experiment.measurement import Measurement
 from ..io import formats
 from ..io._gate import files_read
+from ._next_command import command_on
 from ._run import Output
 
 MODES = "modes.npz"
@@ -46,7 +47,7 @@ def run(path: Path, shapes_at: Side, output: Output) -> int:
     output.screen.list(words)
     run.table("frequencies_and_damping.csv", table)
     run.modes(MODES, modes)
-    file = run.folder / MODES
-    output.screen.text(f"Next: bayes-placement improve model.py --data {file}")
+    following = command_on("improve", Path("model.py"), run.folder / MODES)
+    output.screen.text(f"Next: {following}")
     result = {"modes": json.loads(table.to_json()), "sentences": list(words)}
     return run.finish(output.screen, repr(modes), result)

@@ -1,6 +1,7 @@
 """Modal parameters on the command line, beside a model of FRFs."""
 
 import json
+import shlex
 
 import numpy as np
 import pytest
@@ -89,12 +90,12 @@ def test_a_model_of_frfs_is_checked_and_completed_by_modes(modes, tmp_path):
 
 
 def test_modes_of_frfs_are_identified_and_read_again(tmp_path):
-    file, out = tmp_path / "measured.uff", tmp_path / "out"
+    file, out = tmp_path / "measured.uff", tmp_path / "first run"
     bp.io.uff.write(file, measured(seed=0), binary=True)
     done = run("identify", file, "--out", out)
     assert done.exit_code == 0, done.output
     assert "ModalParameters: 3 modes from 166." in done.output
-    assert f"--data {out / 'modes.npz'}" in " ".join(done.output.split())
+    assert f"--data {shlex.quote(str(out / 'modes.npz'))}" in " ".join(done.output.split())
     read = bp.io.modal_parameters.read(out / "modes.npz")
     expected = bp.identify(bp.io.read_measurement(file))
     np.testing.assert_allclose(read.covariance, expected.covariance)
