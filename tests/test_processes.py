@@ -19,7 +19,8 @@ from bayes_placement import _processes
 from bayes_placement._processes import SELDOM, tidied_seldom
 from bayes_placement.criticism.missing._fitted_with_errors import fitted_with_errors_at_once
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis, with_errors
-from bayes_placement.criticism.missing._search import single_effects
+from bayes_placement.criticism.missing._search import single_effects, with_channels
+from bayes_placement.inference.chi2 import LEVEL
 from bayes_placement.io import model
 from tests.criticism.small import MASS, experiment, measured
 
@@ -204,9 +205,9 @@ def test_a_search_of_two_processes_is_that_of_one(monkeypatch):
     )
     data = experiment().data(measured(MASS, seed=2))
     null = null_hypothesis(experiment(), data)
-    shared = single_effects(null, candidates, lambda: None)
+    shared = with_channels(single_effects(null, candidates, lambda: None), LEVEL, needs_all=True)
     monkeypatch.setattr(loky, "cpu_count", lambda: 1)
-    alone = single_effects(null, candidates, lambda: None)
+    alone = with_channels(single_effects(null, candidates, lambda: None), LEVEL, needs_all=True)
     assert [h.kinds for h in shared.hypotheses] == [h.kinds for h in alone.hypotheses]
     for one, other in zip(shared.hypotheses, alone.hypotheses, strict=True):
         np.testing.assert_allclose(one.fit.log_evidence, other.fit.log_evidence, atol=1e-6)

@@ -148,6 +148,11 @@ def is_stored(problem: Problem, *inputs: Any) -> bool:
     return fits is not None and key is not None and key in fits.files
 
 
+def key_of(problem: Problem, *inputs: Any) -> str | None:
+    """Hash of a problem and further inputs, where fits are kept in a folder."""
+    return None if _KEPT.get() is None else _key(*problem.content, *inputs)
+
+
 def _key(*inputs: Any) -> str | None:
     """Hash of all inputs; None where one of the user's has no content that can be written."""
     try:

@@ -1,7 +1,7 @@
 """What an effect on the instruments of an experiment is: its places, its loads, its record."""
 
 from collections.abc import Callable
-from typing import ClassVar, TypeAlias, TypeVar
+from typing import ClassVar, NamedTuple, TypeAlias, TypeVar
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Inexact
@@ -15,6 +15,24 @@ Self = TypeVar("Self", bound="InstrumentEffect")
 
 Factor: TypeAlias = Inexact[Array, "#sensor #actuator #frequency"]
 """Factor on the FRFs of channels at frequencies [1]."""
+
+
+class Alone(NamedTuple):
+    """An effect on a few transducers, as the only ones of their side.
+
+    Parameters
+    ----------
+    effect
+        The effect, its transducers by their numbers among these.
+    side
+        `sensor` or `actuator`.
+    names
+        Their names, in the order of the experiment.
+    """
+
+    effect: Effect
+    side: str
+    names: tuple[str, ...]
 
 
 class InstrumentEffect(Effect):
@@ -57,6 +75,13 @@ class InstrumentEffect(Effect):
             If the experiment does not have them, or they do not fit the effect.
         """
         return self
+
+    def alone(self, instruments: Instruments) -> Alone | None:
+        """Return it in an experiment that has the transducers alone whose FRFs it changes.
+
+        None where it changes those of all.
+        """
+        return None
 
     def moved(self, instruments: Instruments, modes: Modes) -> Instruments:
         """Return the instruments where they truly sat."""

@@ -13,7 +13,7 @@ from .._types import InputError
 from ..modes.modes import Modes
 from . import _setting_words
 from .effect import Location
-from .instrument_effect import InstrumentEffect
+from .instrument_effect import Alone, InstrumentEffect
 from .instruments import Instruments, Number
 
 Self = TypeVar("Self", bound="OnTransducer")
@@ -59,6 +59,14 @@ class OnTransducer(InstrumentEffect):
             self._check_direction(instruments, number, side)
             direction = np.asarray(direction)
         return dataclasses.replace(self, transducer=number, side=side, direction=direction)
+
+    def alone(self, instruments: Instruments) -> Alone | None:
+        """Return it on the first transducer of an experiment that has this one alone."""
+        if self.transducer is None:
+            return None
+        side = self.side or instruments.side_of(self.transducer)
+        name = instruments.name(self.transducer, side)
+        return Alone(dataclasses.replace(self, transducer=0, side=side), side, (name,))
 
     def _of_all(self: Self, instruments: Instruments) -> Self:
         """Return the effect on every transducer of its side, by default of the sensors."""

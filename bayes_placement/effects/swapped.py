@@ -1,14 +1,16 @@
 """Two sensors, or two actuators, whose records are swapped."""
 
+import dataclasses
 import itertools
 from collections.abc import Sequence
-from typing import ClassVar, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Int
 
 from .._types import InputError, Parameter, Receptance
+from .instrument_effect import Alone
 from .prelude import Instruments, Modes, Number, OfSide, Omega, Scales, unit
 
 Self = TypeVar("Self", bound="Swapped")
@@ -44,6 +46,14 @@ class Swapped(OfSide):
                 "channels."
             )
         return eqx.tree_at(lambda tree: (getattr(tree, side), tree.other), self, numbers)
+
+    def alone(self, instruments: Instruments) -> Alone:
+        """Return it on the two of an experiment that has these alone."""
+        side = self.side
+        numbers = sorted(int(instruments.number(transducer, side)) for transducer in self.pair)
+        first, second = (instruments.name(number, side) for number in numbers)
+        both: dict[str, Any] = {side: 0, "other": 1}
+        return Alone(dataclasses.replace(self, **both), side, (first, second))
 
     def recorded(self, frf: Receptance, omega: Omega, instruments: Instruments) -> Receptance:
         """FRF with the channels of the two exchanged."""

@@ -102,11 +102,24 @@ class Problem:
             tuple((state.experiment, state.data) for state in self.states),
             tuple(tuple(part.columns.tolist()) for part in self._parts),
         )
-        self.squares = LeastSquares(self._evaluated, self.dimension, count, traced)
+        self.squares = LeastSquares(self._evaluated, self.dimension, count, traced, self._alike())
 
     def __reduce__(self) -> Any:
         """Another process makes it anew, and compiles it, from what it was made of."""
         return _from_content, (self.content, self._settings)
+
+    def _alike(self) -> np.ndarray:
+        """A number for each unknown: the same one for what is alike of each sensor or actuator."""
+        unknowns = self.experiment.unknown | self.further_unknowns
+        numbers: dict[Any, int] = {}
+        kinds = np.zeros(self.dimension, dtype=int)
+        for name, place in self.coordinates.places.items():
+            unknown = unknowns[name]
+            like = (unknown.owner.kind, unknown.field, unknown.path)
+            for column in range(place.start, place.stop):
+                key = like if unknown.is_of_transducer else (name, column)
+                kinds[column] = numbers.setdefault(key, len(numbers))
+        return kinds
 
     def _evaluated(self, points: Any, logarithmic: Any) -> tuple[np.ndarray, np.ndarray]:
         """Residuals of all states, the experiment first, and the sum of logs."""

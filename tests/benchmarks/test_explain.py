@@ -47,16 +47,16 @@ def starts_of_candidates(experiment, measurement):
     import jax
 
     from bayes_placement.criticism.missing._candidates import candidates_of
+    from bayes_placement.criticism.missing._descents import FOLLOWED
     from bayes_placement.criticism.missing._hypotheses import null_hypothesis
-    from bayes_placement.criticism.missing._scan import best_places
     from bayes_placement.criticism.missing._scanned_candidates import _weak_start, scanned
 
     null = null_hypothesis(experiment, experiment.data(measurement))
     pairs = [(null, effect) for effect in candidates_of(experiment, None)]
     problems = []
-    for base, effect, problem, scan, _ in scanned(pairs, lambda: None):
-        weak = _weak_start(effect, problem, base)
-        problems.append((problem, [*best_places(scan), weak]))
+    for candidate in scanned(pairs, lambda: None):
+        weak = _weak_start(candidate.effect, candidate.problem, null)
+        problems.append((candidate.problem, [*candidate.best_places(FOLLOWED), weak]))
     jax.clear_caches()  # what is compiled is part of what is measured
     return problems
 

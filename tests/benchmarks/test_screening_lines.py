@@ -11,6 +11,7 @@ import numpy as np
 
 import bayes_placement as bp
 from bayes_placement._compiled import compiled
+from bayes_placement.inference.chi2 import LEVEL
 from models import hidden_effect
 from tests.benchmarks.fresh import told_by
 from tests.benchmarks.page import Anchor, at_most
@@ -44,7 +45,7 @@ def fitted(which):
     """Seconds, and log evidence and chi2 of each kind alone."""
     from bayes_placement.criticism.missing import _screening_lines
     from bayes_placement.criticism.missing._hypotheses import null_hypothesis
-    from bayes_placement.criticism.missing._search import single_effects
+    from bayes_placement.criticism.missing._search import single_effects, with_channels
 
     if which == "all":
         _screening_lines.MOST_DATA = sys.maxsize
@@ -52,7 +53,8 @@ def fitted(which):
     candidates = bp.effects.library(experiment, KINDS).effects
     began = time.perf_counter()
     null = null_hypothesis(experiment, data)
-    singles = single_effects(null, candidates, lambda: None).distinct()
+    scanned = single_effects(null, candidates, lambda: None)
+    singles = with_channels(scanned, LEVEL, needs_all=True).distinct()
     seconds = time.perf_counter() - began
     kinds = ["+".join(each.kinds) or "nothing" for each in singles]
     return {

@@ -6,7 +6,12 @@ import pytest
 from bayes_placement import effects
 from bayes_placement._types import WritingError
 from bayes_placement.criticism import kept_fits
-from bayes_placement.criticism.missing import _scan, _score_test, _shared_fits
+from bayes_placement.criticism.missing import (
+    _descents,
+    _scan,
+    _score_test,
+    _shared_fits,
+)
 from bayes_placement.criticism.missing.explain import explain
 from bayes_placement.criticism.missing.improve import improve
 from bayes_placement.experiment.model_error import Modal
@@ -63,7 +68,7 @@ def once_more(*_, **__):
 
 def test_a_second_search_fits_and_scans_nothing_and_says_the_same(asked, full_store, monkeypatch):
     folder, ledger = full_store
-    monkeypatch.setattr(_scan, "minimise", once_more)
+    monkeypatch.setattr(_descents, "minimise", once_more)
     monkeypatch.setattr(_scan, "_scanned", once_more)
     monkeypatch.setattr(_score_test, "_signatures", once_more)
     monkeypatch.setattr(kept_fits.Problem, "prepare", once_more)

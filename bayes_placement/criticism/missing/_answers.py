@@ -92,7 +92,7 @@ class Question(NamedTuple):
         if not declared and rival is not None:
             errors = experiment.with_model_error(rival).model_error
         content = experiment.with_errors(None), data, tried, errors
-        return cls(*content, declared, fits=shared_fits(*content), **settings)
+        return cls(*content, declared, fits=shared_fits(*content, declared), **settings)
 
     def of_what_is_new(self) -> "Question":
         """Return the question which effects came between two states."""
@@ -105,7 +105,7 @@ class Question(NamedTuple):
             )
         tried = replace(self.tried, effects=effects)
         content = self.experiment, self.data, tried, self.errors
-        return self._replace(tried=tried, fits=shared_fits(*content))
+        return self._replace(tried=tried, fits=shared_fits(*content, self.declared))
 
 
 class Answer(NamedTuple):

@@ -26,7 +26,6 @@ from ._hypotheses import Hypothesis, finite, null_hypothesis, rival_among, with_
 from ._networks import LawsBeside, laws_beside_best, with_networks, with_other_laws
 from ._posterior_odds import Comparison, passes, wants_more_effects
 from ._repeated import may_be_added, named_alike
-from ._scan import best_places
 from ._scanned_candidates import ScannedCandidate, Tick, fitted, promising, scanned
 from ._screen import worth_fitting
 from ._search import NARROW, VARIANTS_WITH_ERRORS
@@ -206,5 +205,5 @@ def _worth_fitting(
 
 def _at_best_place(null: Hypothesis, candidate: ScannedCandidate) -> Hypothesis:
     """An effect where the scan sees it, as a hypothesis that is not fitted."""
-    fit = null.fit._replace(point=best_places(candidate.scan)[0])
+    fit = null.fit._replace(point=candidate.best_places(1)[0])
     return replace(null, effects=(candidate.effect,), problem=candidate.problem, fit=fit)

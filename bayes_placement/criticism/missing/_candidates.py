@@ -5,10 +5,14 @@ import re
 from collections.abc import Collection
 from typing import Any
 
+from ..._sites import unknowns
 from ..._types import InputError, check_kind
 from ...effects.effect import Effect
+from ...effects.instrument_effect import InstrumentEffect
 from ...effects.library import Library, kind_of, library
+from ...experiment._value_checks import check_values
 from ...experiment.experiment import Experiment
+from ...inference.coordinates import Coordinates
 from ...inference.residuals_of_state import coordinates_of
 
 
@@ -43,9 +47,20 @@ def candidates_of(
             "effects.library(experiment)."
         )
     names = {effect.name for effect in experiment.effects}
+    coordinates_of(experiment)
     for effect in effects:
-        coordinates_of(experiment + numbered(effect, names))
+        _check(numbered(effect, names), experiment)
     return tried
+
+
+def _check(effect: Effect, experiment: Experiment) -> None:
+    """Refuse an effect that cannot be added or fitted; without a copy of many instruments."""
+    if not isinstance(effect, InstrumentEffect) or experiment.observe.is_modal:
+        coordinates_of(experiment + effect)
+        return
+    placed = effect.numbered(experiment.instruments).on(experiment.structure.modes)
+    check_values(placed)
+    Coordinates({unknown.name: unknown.distribution for unknown in unknowns(placed)})
 
 
 def numbered(effect: Effect, names: Collection[str]) -> Effect:

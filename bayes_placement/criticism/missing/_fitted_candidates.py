@@ -9,12 +9,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+import numpy as np
 import pandas as pd
 
 from ..._processes import nothing
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...inference.residuals import Problem
+from ._at_channels import data_changed
 from ._fits_in_processes import fitted_in_processes
 from ._hypotheses import Hypothesis, finite
 from ._scan import MOST, Scan
@@ -73,6 +75,8 @@ def best_variants(
 ) -> Extended:
     """Scan effects on a hypothesis and fit a few variants of each kind, the most promising first.
 
+    Those that change a few channels alone are not fitted, see `fits_of_channels`.
+
     Parameters
     ----------
     base
@@ -88,14 +92,54 @@ def best_variants(
     """
     variants = defaultdict(list)
     for effect in effects:
-        variants[kind_of(effect)].append((base, effect))
+        variants[kind_of(effect), data_changed(base, effect) is None].append((base, effect))
     points = points_of_scans(effects)
-    tried = _tried([*variants.values()], points, most, tick, True, meanwhile)
+    groups = [_Group(pairs, most if is_whole else 0) for (_, is_whole), pairs in variants.items()]
+    tried = _tried(groups, points, tick, True, meanwhile)
     by_promise = sorted(tried, key=lambda candidate_and_fit: candidate_and_fit[0].predicted_cost)
     return Extended(
         [candidate for candidate, _ in tried],
         finite(hypothesis for _, hypothesis in by_promise if hypothesis is not None),
     )
+
+
+def fits_of_channels(
+    candidates: Sequence[ScannedCandidate], most: int, may_win: Callable[[np.ndarray], bool]
+) -> list[Hypothesis]:
+    """Fit a few variants of each kind of those that change a few channels alone.
+
+    Parameters
+    ----------
+    candidates
+        Effects on a hypothesis.
+    most
+        Most variants of a kind.
+    may_win
+        Whether any effect on these data may.
+    """
+    pairs = [(each, data_changed(each.base, each.effect)) for each in candidates]
+    changed = {id(each): data for each, data in pairs if data is not None}
+    of_channels = [each for each in candidates if id(each) in changed]
+    chosen = defaultdict(list)
+    for each in promising(of_channels, most):
+        if may_win(changed[id(each)]):
+            chosen[kind_of(each.effect)].append(each)
+    tasks = [
+        ([(each.base, each.effect) for each in of_kind], [each.scan for each in of_kind])
+        for of_kind in chosen.values()
+    ]
+    fits = fitted_in_processes(_fits, tasks)
+    return finite(
+        _as_hypothesis(each, fit)
+        for of_kind, found in zip(chosen.values(), fits, strict=True)
+        for each, fit in zip(of_kind, found, strict=True)
+    )
+
+
+def _fits(pairs: Sequence[Pair], scans: Sequence[Scan]) -> list[FittedFields]:
+    """What one process finds of variants of one kind that were scanned."""
+    known = [(*pair, scan) for pair, scan in zip(pairs, scans, strict=True)]
+    return [fitted_fields(fitted(ScannedCandidate(*each))) for each in known]
 
 
 def extended(
@@ -113,7 +157,7 @@ def extended(
         What this process does first, once helpers have begun.
     """
     points = points_of_scans(effect for group in groups for _, effect in group)
-    tried = _tried(groups, points, 1, tick, meanwhile=meanwhile)
+    tried = _tried([_Group(group, 1) for group in groups], points, tick, meanwhile=meanwhile)
     return finite(hypothesis for _, hypothesis in tried if hypothesis is not None)
 
 
@@ -144,7 +188,7 @@ def relocated(hypotheses: Sequence[Hypothesis], null: Hypothesis, tick: Tick) ->
             for hypothesis, effect in zip(best, effects, strict=True)
         ]
         points = {kind_of(effect): MOST for effect in effects}
-        tried = _tried([[pair] for pair in pairs], points, 1, tick)
+        tried = _tried([_Group([pair], 1) for pair in pairs], points, tick)
         best = [
             max([hypothesis, *finite([moved] if moved else [])], key=_log_evidence)
             for hypothesis, (_, moved) in zip(best, tried, strict=True)
@@ -174,18 +218,24 @@ def without(hypothesis: Hypothesis, name: str, null: Hypothesis) -> Hypothesis:
     return replace(hypothesis, effects=others, problem=problem, fit=fit)
 
 
+class _Group(NamedTuple):
+    """Hypotheses and effects of one kind, and how many of them are fitted at most."""
+
+    pairs: Sequence[Pair]
+    most: int
+
+
 def _tried(
-    groups: Sequence[Sequence[Pair]],
+    groups: Sequence[_Group],
     points: Mapping[str, int],
-    most: int,
     tick: Tick,
     are_scored: bool = False,
     meanwhile: Callable[[], Any] = nothing,
 ) -> list[tuple[ScannedCandidate, Hypothesis | None]]:
     """Scan effects on hypotheses in groups of one kind, and fit the best few of each group."""
-    named = [with_free_names(pairs) for pairs in groups]
+    named = [with_free_names(group.pairs) for group in groups]
     order = sorted(range(len(named)), key=lambda number: -len(named[number]))
-    tasks = [(named[number], points, most, are_scored) for number in order]
+    tasks = [(named[number], points, groups[number].most, are_scored) for number in order]
 
     def done(task: int) -> None:
         for _ in tasks[task][0]:
@@ -224,11 +274,13 @@ def fitted_fields(hypothesis: Hypothesis) -> FittedFields:
 def _received(pair: Pair, outcome: _Outcome) -> tuple[ScannedCandidate, Hypothesis | None]:
     """What was found, with the problem of this process."""
     base, effect = pair
-    problem = base.problem.with_effect(effect)
-    candidate = ScannedCandidate(base, effect, problem, outcome.scan, outcome.scores)
-    if outcome.fit is None:
-        return candidate, None
-    fields, sizes = outcome.fit
+    candidate = ScannedCandidate(base, effect, outcome.scan, outcome.scores)
+    return candidate, None if outcome.fit is None else _as_hypothesis(candidate, outcome.fit)
+
+
+def _as_hypothesis(candidate: ScannedCandidate, found: FittedFields) -> Hypothesis:
+    """What was found, with the problem of this process."""
+    fields, sizes = found
+    problem = candidate.problem
     at_sizes = problem.at_sizes(sizes) if fields["has_errors"] else problem
-    effects = (*base.effects, effect)
-    return candidate, Hypothesis(effects, at_sizes, **fields)
+    return Hypothesis((*candidate.base.effects, candidate.effect), at_sizes, **fields)

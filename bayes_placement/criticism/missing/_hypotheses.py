@@ -19,8 +19,9 @@ from ...inference.engines.least_squares import Jacobian
 from ...inference.engines.levenberg_marquardt import Fit
 from ...inference.residuals import Problem, point_in_problem
 from ..kept_fits import NO_RIVAL, kept_with_sizes
+from ._descents import fit_alone
+from ._linear import Linear
 from ._outliers import Mixture, mixture
-from ._scan import fit_alone
 from ._screening_lines import at_screening_lines
 
 
@@ -112,6 +113,13 @@ def logarithmic_jacobian(hypothesis: Hypothesis) -> Jacobian:
     """Logarithmic residuals at its fit, at the lines of scans, and their slopes."""
     screened = at_screening_lines(hypothesis.problem)
     return screened.squares.jacobian(hypothesis.fit.point[None], True)
+
+
+@functools.lru_cache(maxsize=4)
+def linear_logarithmic(hypothesis: Hypothesis) -> Linear:
+    """The same, linear in the unknowns."""
+    residual, _, slopes, _ = logarithmic_jacobian(hypothesis)
+    return Linear(residual[0], slopes[0])
 
 
 def null_hypothesis(experiment: Experiment, data: Data) -> Hypothesis:

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...effects.effect import Effect
 from ..reach.reach import Reach
 from ._hypotheses import Hypothesis
 from ._rows import row_in_full, row_of
@@ -32,6 +33,8 @@ class Comparison(NamedTuple):
         Log prior probability of each network that is in no list, within its kind of port.
     reach
         What laws at each place could remove; None where that was not looked for.
+    swaps
+        Swapped pairs, all of them; candidates are those that leave least.
     """
 
     hypotheses: list[Hypothesis]
@@ -39,6 +42,7 @@ class Comparison(NamedTuple):
     candidates: Sequence[ScannedCandidate] = ()
     networks: Mapping[str, float] = MappingProxyType({})
     reach: Reach | None = None
+    swaps: Sequence[Effect] = ()
 
     def with_hypotheses(
         self,
@@ -56,6 +60,7 @@ class Comparison(NamedTuple):
             hypotheses=[*self.hypotheses, *others.hypotheses[1:]],
             variants=self.variants | others.variants,
             candidates=[*self.candidates, *others.candidates],
+            swaps=[*self.swaps, *others.swaps],
         )
 
     def log_odds(self, hypothesis: Hypothesis) -> float:

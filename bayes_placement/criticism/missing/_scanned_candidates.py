@@ -4,21 +4,24 @@ import functools
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from ...effects.effect import Effect
+from ...effects.instrument_effect import InstrumentEffect
 from ...effects.library import kind_of
+from ...experiment.experiment import Experiment
 from ...inference.engines.empirical_bayes import SOFTENING, Rival
 from ...inference.residuals import Problem, fields_of
-from ..kept_fits import NO_RIVAL, is_stored, kept_with_sizes, stored_or_computed
+from ..kept_fits import NO_RIVAL, is_stored, kept_with_sizes, key_of, stored_or_computed
+from ._at_channels import EffectAtData, at_all_lines, at_lines_of_scans, own_columns
 from ._candidates import numbered
 from ._compiled_ahead import compiled_ahead
-from ._hypotheses import Hypothesis, logarithmic_jacobian, softening
-from ._scan import ANY_SCAN, FOLLOWED, LEAST, MOST, Scan, best_places, fit_grown, scan
-from ._screening_lines import at_screening_lines
+from ._descents import FOLLOWED, fit_grown
+from ._hypotheses import Hypothesis, linear_logarithmic, softening
+from ._scan import ANY_SCAN, LEAST, MOST, Scan, scan
 
 PLACES, PLACES_ACROSS, STRENGTHS, SETTINGS, MORE_SETTINGS = 21, 11, 5, 4, 6
 """Points along a place, each coordinate of one on a surface, a strength, a setting, and a setting
@@ -37,7 +40,8 @@ PLACES_WITH_ERRORS = 4
 Tick = Callable[[], None]
 
 
-class ScannedCandidate(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class ScannedCandidate:
     """One more effect on a hypothesis, scanned through its prior but not yet fitted.
 
     Parameters
@@ -46,8 +50,6 @@ class ScannedCandidate(NamedTuple):
         The hypothesis without it.
     effect
         The effect, under a free name.
-    problem
-        The least-squares problem with it.
     scan
         Its scan.
     scores
@@ -56,9 +58,36 @@ class ScannedCandidate(NamedTuple):
 
     base: Hypothesis
     effect: Effect
-    problem: Problem
     scan: Scan
     scores: pd.DataFrame | None = None
+
+    @functools.cached_property
+    def problem(self) -> Problem:
+        """The least-squares problem with it."""
+        return self.base.problem.with_effect(self.effect)
+
+    @functools.cached_property
+    def part(self) -> EffectAtData:
+        """It at all lines of the channels that it changes."""
+        return at_all_lines(self.base, self.effect)
+
+    @property
+    def placed(self) -> tuple[Effect, Experiment]:
+        """The effect as an experiment has it, and one with all instruments that tells its place."""
+        experiment = self.base.problem.experiment
+        if isinstance(self.effect, InstrumentEffect):
+            numbered = self.effect.numbered(experiment.instruments)
+            return numbered.on(experiment.structure.modes), experiment
+        experiment = self.problem.experiment
+        named = {each.name: each for each in experiment.effects}
+        return named[self.effect.name], experiment
+
+    def best_places(self, count: int) -> np.ndarray:
+        """Coordinates [point, unknown] of least predicted cost."""
+        points = np.repeat(self.base.point_in(self.problem)[None], count, axis=0)
+        best = self.scan.best(count).points
+        points[: len(best), own_columns(self.effect, self.problem)] = best
+        return points[: len(best)]
 
     @property
     def predicted_cost(self) -> float:
@@ -104,8 +133,7 @@ def scanned(
     """
     most = points or points_of_scans(effect for _, effect in pairs)
     scannings = (
-        _Scanning(base, effect, base.problem.with_effect(effect), most[kind_of(effect)])
-        for base, effect in with_free_names(pairs)
+        _Scanning(base, effect, most[kind_of(effect)]) for base, effect in with_free_names(pairs)
     )
     for scanning in compiled_ahead(scannings):
         yield scanning.scanned()
@@ -118,28 +146,36 @@ class _Scanning:
 
     base: Hypothesis
     effect: Effect
-    problem: Problem
     most: int
 
     def prepare(self) -> None:
         """Compile the residuals, unless the scan is kept in a folder."""
-        if not is_stored(self.problem, *self._inputs):
-            at_screening_lines(self.problem).prepare()
+        if not is_stored(*self._inputs):
+            self._part.evaluated.prepare()
 
     def scanned(self) -> ScannedCandidate:
         """Scan it, or take the scan from the folder."""
-        found = stored_or_computed(self._scan, ANY_SCAN, self.problem, *self._inputs)
-        return ScannedCandidate(self.base, self.effect, self.problem, found)
+        found = stored_or_computed(self._scan, ANY_SCAN, *self._inputs)
+        return ScannedCandidate(self.base, self.effect, found)
+
+    @functools.cached_property
+    def _part(self) -> EffectAtData:
+        return at_lines_of_scans(self.base, self.effect)
 
     @functools.cached_property
     def _inputs(self) -> tuple[Any, ...]:
-        counts = _counts(self.effect, fields_of(self.effect, self.problem), self.problem)
-        return counts, self.base.point_in(self.problem), self.most
+        return self._part.problem, _key_of_base(self.base), self.most
 
     def _scan(self) -> Scan:
-        counts, point, most = self._inputs
-        slopes = logarithmic_jacobian(self.base).slopes[0]
-        return scan(self.problem, counts, point, slopes, most)
+        problem = self._part.problem
+        counts = _counts(self.effect, fields_of(self.effect, problem), problem)
+        return scan(self._part, counts, self.most, linear_logarithmic(self.base))
+
+
+@functools.lru_cache(maxsize=4)
+def _key_of_base(base: Hypothesis) -> str | None:
+    """Hash of what its scans have in common, which is large."""
+    return key_of(base.problem, base.fit.point)
 
 
 def promising(candidates: Sequence[ScannedCandidate], variants: int) -> list[ScannedCandidate]:
@@ -156,13 +192,13 @@ def promising(candidates: Sequence[ScannedCandidate], variants: int) -> list[Sca
 
 def fitted(candidate: ScannedCandidate, rival: Rival = NO_RIVAL) -> Hypothesis:
     """Fit a candidate that was scanned; with model error, see `with_errors`."""
-    base, effect, problem, scan, _ = candidate
+    base, effect, problem = candidate.base, candidate.effect, candidate.problem
     weak = _weak_start(effect, problem, base)
     effects = (*base.effects, effect)
     if not base.has_errors:
-        fit = fit_grown(problem, scan, weak[None], _followed(effect, problem))
-        return Hypothesis(effects, problem, *fit)
-    starts = np.concatenate([best_places(scan)[:PLACES_WITH_ERRORS], weak[None]])
+        places = candidate.best_places(_followed(effect, problem))
+        return Hypothesis(effects, problem, *fit_grown(problem, places, weak[None]))
+    starts = np.concatenate([candidate.best_places(PLACES_WITH_ERRORS), weak[None]])
     sized = kept_with_sizes(problem, starts, softening(problem, SOFTENING[-2:]), rival)
     return Hypothesis(effects, has_errors=True, **vars(sized))
 

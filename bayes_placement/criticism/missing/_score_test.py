@@ -19,10 +19,10 @@ from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...inference.engines.least_squares import Jacobian
 from ...inference.residuals import Problem, fields_of
-from ..kept_fits import stored_or_computed
+from ..kept_fits import key_of, stored_or_computed
 from ..locations import locations
 from ._hypotheses import Hypothesis
-from ._scan import other_places
+from ._linear import Linear
 from ._scanned_candidates import ScannedCandidate, weakest
 
 PLACES = {1: 41, 2: 17, 3: 7}
@@ -142,6 +142,11 @@ class _Model:
         self.null = null
 
     @functools.cached_property
+    def key(self) -> str | None:
+        """Hash of what scores of all candidates have in common."""
+        return key_of(self.null.problem, self.null.fit.point)
+
+    @functools.cached_property
     def _at_fit(self) -> Jacobian:
         return self.null.problem.squares.jacobian(self.null.fit.point[None])
 
@@ -155,11 +160,10 @@ class _Model:
         """Slopes of the residual [unknown, datum], without those along the level of the noise."""
         return self._at_fit.slopes[0][_moves_response(self.null.problem)]
 
-    def information(self, change: np.ndarray) -> np.ndarray:
-        """Products of changes [place, datum] less what the model can absorb, its prior included."""
-        curvature = self.slopes @ self.slopes.T + np.eye(len(self.slopes))
-        pull = change @ self.slopes.T
-        return change @ change.T - pull @ np.linalg.solve(curvature, pull.T)
+    @functools.cached_property
+    def linear(self) -> Linear:
+        """It, linear in what the model can absorb."""
+        return Linear(self.residual, self.slopes)
 
 
 def _scored(model: _Model, candidate: ScannedCandidate, most: int) -> _Scores:
@@ -169,22 +173,22 @@ def _scored(model: _Model, candidate: ScannedCandidate, most: int) -> _Scores:
         points, score, correlation = _signatures(model, candidate, most)
         return _Scores(points, score, _corrected(correlation, score) if score.size else 1.0)
 
-    inputs = model.null.fit.point, candidate.scan.points[0], most
-    return stored_or_computed(anew, ANY_SCORES, candidate.problem, *inputs)
+    inputs = model.key, most
+    return stored_or_computed(anew, ANY_SCORES, candidate.part.problem, *inputs)
 
 
 def _table(candidate: ScannedCandidate, scored: _Scores) -> pd.DataFrame:
     effect, (points, score, p_value) = candidate.effect, scored
-    named = candidate.problem.coordinates.named(points)
-    experiment = candidate.problem.experiment
-    unknowns = experiment.unknowns_of(effect)
+    problem = candidate.part.problem
+    named = problem.coordinates.named(points)
+    unknowns = problem.experiment.unknowns_of(effect)
     values = {unknown.name: named[unknown.name] for unknown in unknowns}
     lengths = (
         named[unknown.name]
         for unknown in unknowns
         if unknown.field in effect.place_fields and not unknown.component
     )
-    (placed,) = (present for present in experiment.effects if present.name == effect.name)
+    placed, experiment = candidate.placed
     setting = placed.setting(experiment.structure.modes, experiment.instruments)
     x, y, z = locations(placed, experiment, values, len(score)).T
     return pd.DataFrame(
@@ -195,12 +199,13 @@ def _table(candidate: ScannedCandidate, scored: _Scores) -> pd.DataFrame:
 
 
 def _signatures(model: _Model, candidate: ScannedCandidate, most: int) -> _Signatures:
-    problem, effect = candidate.problem, candidate.effect
-    points = weak_points(problem, effect, most)
-    columns = other_places(problem, list(fields_of(effect, problem)))
-    points[:, columns] = candidate.scan.points[0, columns]
-    points, change = changes(problem, effect, points, model.residual)
-    information = model.information(change)
+    part, effect = candidate.part, candidate.effect
+    points = weak_points(part.problem, effect, most)
+    others = np.setdiff1d(np.arange(part.problem.dimension), part.columns)
+    points[:, others] = part.point[others]
+    residual = model.residual[part.data]
+    points, change = changes(part.problem, effect, points, residual)
+    information = model.linear.information(change, part.data)
     # Residuals of a fit have the covariance of the projection: it is not applied to them again.
     size = np.sqrt(np.maximum(np.diag(information), 0.0))
     largest = np.max(size, where=np.isfinite(size), initial=0.0)
@@ -209,7 +214,7 @@ def _signatures(model: _Model, candidate: ScannedCandidate, most: int) -> _Signa
     scale = size[is_sensitive]
     return _Signatures(
         points[is_sensitive],
-        -(change @ model.residual)[is_sensitive] / scale,
+        -(change @ residual)[is_sensitive] / scale,
         information[np.ix_(is_sensitive, is_sensitive)] / np.outer(scale, scale),
     )
 

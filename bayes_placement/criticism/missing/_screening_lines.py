@@ -93,7 +93,9 @@ class Thinned:
         self.weight = np.concatenate([np.full(size, np.sqrt(count)) for count, size in repeats])
         # On the average of all states: logs come as one sum, and steer unknown noise alone.
         self._log_weight = whole.count / self.problem.count
-        self.squares = LeastSquares(self._evaluated, whole.dimension, whole.count)
+        self.squares = LeastSquares(
+            self._evaluated, whole.dimension, whole.count, alike=whole.squares.kinds
+        )
 
     def _evaluated(self, points: Any, logarithmic: Any) -> tuple[np.ndarray, np.ndarray]:
         """Residuals and sums of logs, each counted for the lines that it stands for."""

@@ -18,12 +18,17 @@ from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...experiment.observe import Complex
 from ...inference.standardised_residual import LOGARITHMIC_ERROR
-from ._fitted_candidates import best_variants, extended, relocated
+from ..reach._left_out import LeftOut
+from ._fitted_candidates import best_variants, extended, fits_of_channels, relocated
 from ._hypotheses import Hypothesis, logarithmic_jacobian, takes_long
-from ._posterior_odds import Comparison
+from ._linear import Linear
+from ._posterior_odds import Comparison, explains
 from ._repeated import may_be_added
-from ._scanned_candidates import Pair, ScannedCandidate, Tick
+from ._rows import row_of
+from ._scanned_candidates import Pair, ScannedCandidate, Tick, scanned
 from ._screening_lines import at_sample, at_screening_lines, sample
+from ._swapped_pairs import is_swap, likeliest
+from .table import AS_STATED, Policy
 
 VARIANTS = 4
 """Variants of one kind that are fitted, such as a mass on one member or another."""
@@ -57,8 +62,39 @@ def single_effects(
 ) -> Comparison:
     """Every candidate alone: all are scanned, the most promising variants of each kind fitted."""
     variants = dict(Counter(kind_of(effect) for effect in effects))
-    candidates, hypotheses = best_variants(null, effects, VARIANTS, tick, meanwhile)
-    return Comparison([null, *hypotheses], variants, candidates)
+    tried, swaps = likeliest(null, effects, VARIANTS), [*filter(is_swap, effects)]
+    candidates, hypotheses = best_variants(null, tried, VARIANTS, tick, meanwhile)
+    return Comparison([null, *hypotheses], variants, candidates, swaps=swaps)
+
+
+def with_channels(comparison: Comparison, level: float, needs_all: bool = False) -> Comparison:
+    """Fit the most promising variants of the kinds of effects that change a few channels alone.
+
+    Where the best hypothesis explains the data, those alone that may win. The evidence of an effect
+    is at most that of all data but those that it changes, times the greatest density of these.
+    Where that stays behind the best by more than the odds that decide, and the check fails even
+    without these data, the effect is neither claimed, nor confounded, nor an alternative.
+
+    Parameters
+    ----------
+    comparison
+        The model as given, and effects that change all channels.
+    level
+        Probability that a correct model fails its check.
+    needs_all
+        Whether all are fitted, since a model error changes what may win.
+    """
+    null, best = comparison.of(()), comparison.best()
+    without = LeftOut(null.problem, null.fit)
+    least = comparison.log_odds(best) - np.log(AS_STATED.strong_where_passing)
+    needs_all = needs_all or not explains(best, level)
+
+    def may_win(data: np.ndarray) -> bool:
+        left = np.isin(np.arange(len(null.residual)), data)
+        row = row_of(null)._replace(squares=without.squares(left))
+        return needs_all or row.passes(Policy(level=level)) or without.most_evidence(left) > least
+
+    return comparison.with_hypotheses(fits_of_channels(comparison.candidates, VARIANTS, may_win))
 
 
 def one_more_effect(
@@ -127,7 +163,8 @@ def _pairs(comparison: Comparison, branches: Sequence[Hypothesis], most: int) ->
     pairs: list[list[Pair]] = []
     for branch in branches:
         variants: dict[str, list[Pair]] = {}
-        for candidate in _by_promise(branch, null, comparison.candidates):
+        candidates = [*comparison.candidates, *_further_swaps(comparison, branch)]
+        for candidate in _by_promise(branch, null, candidates):
             effect, kind = candidate.effect, kind_of(candidate.effect)
             extension = tuple(sorted((*branch.kinds, kind)))
             is_further = len(set(variants) - set(branch.kinds)) < most and extension not in tried
@@ -142,6 +179,15 @@ def _pairs(comparison: Comparison, branches: Sequence[Hypothesis], most: int) ->
     return pairs
 
 
+def _further_swaps(comparison: Comparison, branch: Hypothesis) -> list[ScannedCandidate]:
+    """Swapped pairs that leave least beside the effects of a branch, if no candidates yet."""
+    known = {id(candidate.effect) for candidate in comparison.candidates}
+    swaps = likeliest(branch, comparison.swaps, VARIANTS)
+    null = comparison.of(())
+    further = [(null, effect) for effect in swaps if id(effect) not in known]
+    return [*scanned(further, lambda: None)]
+
+
 def _by_promise(
     branch: Hypothesis, null: Hypothesis, candidates: Sequence[ScannedCandidate]
 ) -> list[ScannedCandidate]:
@@ -151,22 +197,21 @@ def _by_promise(
     change that a scan saw without the branch is added to the residual of the branch. Each line
     counts by its noise, with what the branch misses: near the truth little but noise is left.
     """
-    of_branch, of_null = logarithmic_jacobian(branch), logarithmic_jacobian(null)
-    weight = at_sample(_weight(branch, of_branch.residual[0]))
-    residual, before, slopes = map(
-        sample, (of_branch.residual, of_null.residual, of_branch.slopes[0])
-    )
-    residual, slopes = weight * residual, weight * slopes
-    curvature = slopes @ slopes.T + np.eye(len(slopes))
+    of_branch, before = logarithmic_jacobian(branch), logarithmic_jacobian(null).residual[0]
+    weight = _weight(branch, of_branch.residual[0])
+    everywhere = Linear(weight * of_branch.residual[0], weight * of_branch.slopes[0])
+    sampled = Linear(sample(everywhere.residual), sample(everywhere.slopes))
 
-    def least_cost(candidate: ScannedCandidate) -> float:
-        total = residual + weight * (candidate.scan.residual - before)
-        pull = total @ slopes.T
-        absorbed = np.einsum("bi,bi->b", pull, np.linalg.solve(curvature, pull.T).T)
-        return float(np.nanmin(np.einsum("bn,bn->b", total, total) - absorbed))
+    def gain(candidate: ScannedCandidate) -> float:
+        data = candidate.scan.data
+        if data.size:
+            changed = weight[data] * (candidate.scan.residual - before[data])
+            return everywhere.gain(everywhere.residual[data] + changed, data)
+        changed = at_sample(weight) * (candidate.scan.residual - sample(before))
+        return sampled.gain(sampled.residual + changed)
 
-    costs = [least_cost(candidate) for candidate in candidates]
-    return [candidates[place] for place in np.argsort(costs, kind="stable")]
+    gains = [gain(candidate) for candidate in candidates]
+    return [candidates[place] for place in np.argsort(np.negative(gains), kind="stable")]
 
 
 def _weight(branch: Hypothesis, residual: np.ndarray) -> np.ndarray:

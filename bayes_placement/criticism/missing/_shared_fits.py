@@ -21,7 +21,7 @@ from ._hypotheses import NO_RIVAL, Hypothesis, null_hypothesis
 from ._networks import LawsBeside, with_networks
 from ._posterior_odds import Comparison, explains
 from ._scanned_candidates import Tick
-from ._search import single_effects
+from ._search import single_effects, with_channels
 
 
 class SharedFits:
@@ -37,6 +37,8 @@ class SharedFits:
         The candidates.
     errors
         The model error; None where the model is exact.
+    declared
+        Whether the experiment was given with it, so that all are fitted with it.
     """
 
     def __init__(
@@ -45,14 +47,15 @@ class SharedFits:
         data: Data,
         tried: Library[Experiment],
         errors: ModalErrors | None,
+        declared: bool = False,
     ):
-        self.content = (experiment, data, tried.effects, tried.networks, errors)
+        self.content = (experiment, data, tried.effects, tried.networks, errors, declared)
         self._singles: Comparison | None = None
         self._with_errors: dict[tuple[Hypothesis, Rival], Hypothesis] = {}
 
     def singles(self, tick: Tick) -> Comparison:
         """The model as given, first, and every candidate alone."""
-        experiment, data, effects, networks, _ = self.content
+        experiment, data, effects, networks, _, declared = self.content
         if self._singles is None:
             import_in_helpers(__package__)
             null = null_hypothesis(experiment, data)
@@ -61,6 +64,7 @@ class SharedFits:
             laws = LawsBeside(null, tick) if networks else None
             singles = single_effects(null, first, tick, nothing if laws is None else laws.look)
             singles = singles if laws is None else with_networks(singles, laws)
+            singles = with_channels(singles, LEVEL, needs_all=declared)
             if last and not (first and explains(singles.best(), LEVEL)):
                 singles = singles.joined(single_effects(null, last, tick))
             self._singles = singles
@@ -68,7 +72,7 @@ class SharedFits:
 
     def with_errors(self, *exact: Hypothesis) -> list[Hypothesis]:
         """Hypotheses with the model error, none of which is given up."""
-        *_, errors = self.content
+        *_, errors, _ = self.content
         assert errors is not None
         asked = dict.fromkeys(exact)  # the best hypothesis may be the one without effects
         unknown = [each for each in asked if self.known(each, NO_RIVAL) is None]

@@ -44,9 +44,11 @@ def explain(
 ) -> Ranking:
     """Say which effect is missing from a model, if any.
 
-    Each candidate gets a score test at its weakest (the suspicion map), then is fitted from many
-    starts. Fits are compared by evidence: Laplace's approximation, and sampling for the finalists;
-    and by how well they predict a channel or a band that they were not fitted to.
+    Each candidate gets a score test at its weakest (the suspicion map; of swapped pairs those few
+    that leave least), then is fitted from many starts: where another one explains the data, those
+    on few channels alone that may still win. Fits are compared by evidence: Laplace's
+    approximation, and sampling for the finalists; and by how well they predict a channel or a band
+    that they were not fitted to.
 
     Parameters
     ----------

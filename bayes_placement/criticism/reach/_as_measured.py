@@ -61,7 +61,7 @@ def _asked(law: NamedLaw, free: Free) -> tuple[Any, Any]:
     along = at.slope * (soft**2)[:, None]  # residuals along Z, not along t
     information = np.sum(np.abs(along) ** 2, axis=1)
     slopes = free.slopes(point, strength, soft)  # with this Z held
-    pulls = np.einsum("pcf,pucf->puf", np.conj(along), slopes)
+    pulls = slopes.crossed(along)
     variance = _covariance(-over(pulls, information[:, None])[0], information[0], law)
     return over(strength, soft)[0] + (law.port.acts_on in CHANNELS), variance  # the factor is 1 + t
 

@@ -13,7 +13,7 @@ from jaxtyping import Complex, Float
 from ...inference.engines.least_squares import NormalEquations
 from ...laws.rows import NUMBERS, NetworkRows
 from ._filters import FilterRows
-from ._free_law import AtPort, Free, Lines, Points, half_squares, products
+from ._free_law import AtPort, Free, Lines, Points, half_squares, in_parts
 
 NETWORK, PLACE = NUMBERS, NUMBERS + 1
 """Coordinates of a row that are the number of its network and that of its place, and are held."""
@@ -65,6 +65,11 @@ class Asked(NamedTuple):
         lines
             Numbers of the lines.
         """
+        parts = (cls._at(free, part, lines) for part in in_parts(points, free.problem))
+        return cls(*map(np.concatenate, zip(*parts, strict=True)))
+
+    @classmethod
+    def _at(cls, free: Free, points: Points, lines: Any) -> "Asked":
         whole = free.at(points)
         strength = free.typical(whole)
         slopes = free.slopes(points, strength, 1 - whole.receptance * strength)
@@ -74,12 +79,12 @@ class Asked(NamedTuple):
             each * whole.slope[..., lines],
             whole.receptance[:, lines],
         )
-        slopes = each * slopes[..., lines]
-        pulls, squares = products(slopes, at.free)
+        slopes = slopes.at_lines(lines, each)
+        pulls, squares = slopes.products(at.free)
         prior = points.copy()
         prior[:, free.held] = 0.0
         root = np.linalg.cholesky(squares + np.eye(points.shape[1]))
-        crossed = np.einsum("pucf,pcf->puf", np.conj(slopes), at.slope)
+        crossed = np.conj(slopes.crossed(at.slope))
         return cls(
             at.information(),
             at.pull(),

@@ -12,8 +12,9 @@ from ...inference.residuals import Problem, point_in_problem
 from ...laws.rows import NUMBERS
 from ..kept_fits import NONE, Tree, stored_or_computed
 from ._asked import NETWORK, PLACE, Asked, LawsAsked, Rows
-from ._channels import ChannelPort, free_factor
+from ._channels import ChannelPort
 from ._filters import FILTERS
+from ._free_factor import FreeFactor
 from ._free_law import AnyLaw, Free, FreeLaw, Points, tells_phase
 from ._laws_at_places import laws_at_places
 from ._laws_in_full import LawsInFull
@@ -97,20 +98,33 @@ def reach_of_port(
     return _reach_at(port, free, start, tried, which)
 
 
-def reach_of_channel(base: Problem, point: Point, port: ChannelPort) -> ReachOfPort:
+def reach_of_channel(point: Point, port: ChannelPort, free: FreeFactor) -> ReachOfPort:
     """Fit all else with a free factor on channels, then filters of a few numbers.
 
     Parameters
     ----------
-    base
-        The problem of the model.
     point
-        Its fit.
+        The fit of the model.
     port
         The channels.
+    free
+        The problem with a factor on them.
     """
-    free = free_factor(port, base)
     return _reach_at(port, free, point, np.zeros((1, 0)), np.arange(len(FILTERS)))
+
+
+def reach_at_fit(point: Point, port: ChannelPort, free: FreeFactor, squares: float) -> ReachOfPort:
+    """Return the same to first order: all else is linear, at the fit of the model.
+
+    Parameters
+    ----------
+    point, port, free
+        As of `reach_of_channel`.
+    squares
+        Sum of squares without the data of these channels.
+    """
+    which = np.arange(len(FILTERS))
+    return _with_laws(port, free, point[None], np.array([squares]), which)
 
 
 def _reach_at(port: AnyPort, free: Free, start: Point, places: Any, which: Any) -> ReachOfPort:
@@ -121,11 +135,15 @@ def _reach_at(port: AnyPort, free: Free, start: Point, places: Any, which: Any) 
         )
     else:
         points, squares = starts, np.full(len(places), np.nan)
+    return _with_laws(port, free, points, squares, which)
+
+
+def _with_laws(port: AnyPort, free: Free, points: Points, squares: Any, which: Any) -> ReachOfPort:
+    """Fit laws of a few numbers at points, of amplitudes one or two of each place."""
     found = fitted_laws(port, free, rows_of(port, free), points, which, -FOLLOWED, MOST_LINES)
-    # Of amplitudes there may be two points for each place.
-    laws, cost, evidence = (_by_place(each, len(places)) for each in found)
+    laws, cost, evidence = (_by_place(each, len(squares)) for each in found)
     best = np.argmax(evidence, axis=1)
-    each = np.arange(len(places))
+    each = np.arange(len(squares))
     of_problem = laws[each, best, : free.problem.dimension]
     return ReachOfPort(port, free, of_problem, squares, 2 * cost[each, best], evidence[each, best])
 

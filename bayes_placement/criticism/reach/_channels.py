@@ -7,9 +7,8 @@ import numpy as np
 from ...effects.low_pass import LowPass
 from ...effects.on_transducer import channels
 from ...experiment.experiment import Experiment
-from ...inference.residuals import Problem
 from ._filters import FilterRows
-from ._free_factor import FreeFactor
+from ._free_factor import FreeFactor, Responses
 
 CHANNELS = ("channel", "all_channels")
 """What a factor acts on, as results say it."""
@@ -70,18 +69,19 @@ def channels_of(experiment: Experiment) -> list[ChannelPort]:
     return [*ports, ChannelPort("all_channels", _nothing(None, "sensor", None))]
 
 
-def free_factor(port: ChannelPort, problem: Problem) -> FreeFactor:
+def free_factor(port: ChannelPort, responses: Responses) -> FreeFactor:
     """The factor on its channels, free at each line.
 
     Parameters
     ----------
     port
         The channels.
-    problem
-        The problem of the model.
+    responses
+        Responses of the model.
     """
-    effect: Any = port.effect_in(problem.experiment)
-    return FreeFactor(problem, np.asarray(effect.affected(problem.experiment.instruments)))
+    experiment = responses.problem.experiment
+    effect: Any = port.effect_in(experiment)
+    return FreeFactor(responses, np.asarray(effect.affected(experiment.instruments)))
 
 
 def _nothing(transducer: str | None, side: str, direction: int | None) -> LowPass:

@@ -5,12 +5,61 @@ change by once the response of these channels is doubled. Where each line has on
 explains all that it measured: then only a factor of few numbers tells something.
 """
 
+import functools
+from typing import Any
+
 import equinox as eqx
 import numpy as np
 from jaxtyping import Float
 
 from ...inference.residuals import Problem
-from ._free_law import Along, AtPort, Channels, Lines, Points, complex_residuals, over
+from ._free_law import AtPort, Channels, Lines, Points, complex_residuals, over
+from ._slopes import Slopes, Sparsity
+
+
+class Responses:
+    """Residuals and responses of a problem, of the last points kept: many channels ask for them.
+
+    Parameters
+    ----------
+    problem
+        The problem.
+    """
+
+    def __init__(self, problem: Problem):
+        self.problem = problem
+        # Against data of zero a residual is the response itself.
+        silent = eqx.tree_at(lambda data: data.z, problem.data, np.zeros_like(problem.data.z))
+        of_zero = Problem(
+            problem.experiment,
+            silent,
+            sizes=problem.sizes,
+            baseline=problem.baseline,
+            further=problem.further,
+        )
+        of_zero.squares.take_structure(problem.squares)
+        self._both, self._kept = (problem, of_zero), dict[Any, Any]()
+
+    def at(self, points: Points) -> list[Any]:
+        """Complex residuals and responses [point, channel, frequency]."""
+        return self._known("at", points, lambda each: each.squares.residuals(points)[0])
+
+    def along(self, points: Points) -> list[Any]:
+        """Their slopes along the groups of unknowns [point, group, channel, frequency]."""
+        return self._known("along", points, lambda each: each.squares.along_groups(points).slopes)
+
+    def _known(self, what: str, points: Points, evaluate: Any) -> list[Any]:
+        key = points.tobytes()
+        if self._kept.get(what, (None,))[0] != key:
+            values = [complex_residuals(evaluate(each), each) for each in self._both]
+            self._kept[what] = key, values
+        known: list[Any] = self._kept[what][1]
+        return known
+
+    @functools.cached_property
+    def sparsity(self) -> Sparsity:
+        """Which residuals each unknown changes."""
+        return Sparsity.of(self.problem)
 
 
 class FreeFactor:
@@ -18,34 +67,27 @@ class FreeFactor:
 
     Parameters
     ----------
-    problem
-        The problem of the experiment.
+    responses
+        Responses of the experiment.
     affected
         1 on the FRFs that have the factor, 0 on all others.
     """
 
-    def __init__(self, problem: Problem, affected: Float[np.ndarray, "#sensor #actuator 1"]):
-        self.problem, self.held = problem, list[int]()
-        of_experiment = np.broadcast_to(affected[..., None], problem.data.z.shape)
-        everywhere = problem.of_experiment(of_experiment)  # in no earlier state
-        self._affected = complex_residuals(everywhere, problem).real
-        # Against data of zero a residual is the response itself.
-        silent = eqx.tree_at(lambda data: data.z, problem.data, np.zeros_like(problem.data.z))
-        self._silent = Problem(
-            problem.experiment,
-            silent,
-            sizes=problem.sizes,
-            baseline=problem.baseline,
-            further=problem.further,
-        )
-        self._silent.squares.take_structure(problem.squares)
+    def __init__(self, responses: Responses, affected: Float[np.ndarray, "#sensor #actuator 1"]):
+        self._responses, self.problem, self.held = responses, responses.problem, list[int]()
+        of_experiment = np.broadcast_to(affected[..., None], self.problem.data.z.shape)
+        everywhere = self.problem.of_experiment(of_experiment)  # in no earlier state
+        self.data = everywhere.astype(bool)
+        self._affected = complex_residuals(everywhere, self.problem).real
+
+    @property
+    def sparsity(self) -> Sparsity:
+        """Which residuals each unknown changes."""
+        return self._responses.sparsity
 
     def at(self, points: Points) -> AtPort:
         """Residuals, and what a factor changes: it feels no structure, so that h is zero."""
-        free, response = (
-            complex_residuals(each.squares.residuals(points)[0], each)
-            for each in (self.problem, self._silent)
-        )
+        free, response = self._responses.at(points)
         nothing = np.zeros((len(points), free.shape[-1]), complex)
         return AtPort(free, self._affected * response, nothing)
 
@@ -53,14 +95,11 @@ class FreeFactor:
         """Residuals with a change t of the factor, numerator over denominator."""
         return self.at(points).left(numerator / denominator)
 
-    def slopes(self, points: Points, numerator: Lines, denominator: Lines) -> Along:
+    def slopes(self, points: Points, numerator: Lines, denominator: Lines) -> Slopes:
         """Slopes of the residuals along all unknowns, the factor held."""
-        free, response = (
-            complex_residuals(each.squares.jacobian(points).slopes, each)
-            for each in (self.problem, self._silent)
-        )
+        free, response = self._responses.along(points)
         strength = (numerator / denominator)[:, None, None]
-        return free + self._affected * response * strength
+        return Slopes(free + self._affected * response * strength, self.sparsity)
 
     def typical(self, at: AtPort) -> Lines:
         """A gain: where the response is nearly zero a free factor is large, and slopes with it."""

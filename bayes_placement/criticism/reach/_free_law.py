@@ -16,6 +16,7 @@ from jaxtyping import Complex, Float, Inexact
 from ...inference.engines.least_squares import STEP, NormalEquations
 from ...inference.residuals import Problem
 from ..kept_fits import stored_or_computed
+from ._slopes import Slopes, Sparsity, by_line
 
 Points = Float[np.ndarray, "point unknown"]
 """Coordinates of a problem."""
@@ -26,8 +27,8 @@ Lines = Complex[np.ndarray, "point frequency"]
 Channels = Inexact[np.ndarray, "point channel frequency"]
 """A complex number at each line of each channel; of amplitudes a real one."""
 
-Along = Inexact[np.ndarray, "point direction channel frequency"]
-"""Slopes of complex residuals."""
+MOST_SLOPES = 2**22
+"""Slopes that are taken together: those of many places and channels are gigabytes."""
 
 SOFT = 1e-2
 """Size of h Z of the law by which a is read."""
@@ -80,7 +81,11 @@ class Free(Protocol):
     def residuals(self, points: Points, numerator: Lines, denominator: Lines) -> Channels:
         """Residuals with a law, numerator over denominator."""
 
-    def slopes(self, points: Points, numerator: Lines, denominator: Lines) -> Along:
+    @property
+    def sparsity(self) -> Sparsity:
+        """Which residuals each unknown changes; none what is held."""
+
+    def slopes(self, points: Points, numerator: Lines, denominator: Lines) -> Slopes:
         """Slopes of these along all unknowns, the law held; zero along what is held."""
 
     def typical(self, at: AtPort) -> Lines:
@@ -136,7 +141,7 @@ class FreeLaw:
         laws = np.stack([numerator, denominator], axis=1)[:, None]
         return complex_residuals(self.problem.with_laws(points, laws)[:, 0], self.problem)
 
-    def slopes(self, points: Points, numerator: Lines, denominator: Lines) -> Along:
+    def slopes(self, points: Points, numerator: Lines, denominator: Lines) -> Slopes:
         """Slopes of the residuals along all unknowns, the law held; zero along what is held."""
         groups = self.problem.squares.column_groups
         directions = groups.directions()
@@ -145,9 +150,14 @@ class FreeLaw:
         law = np.repeat(np.stack([numerator, denominator], axis=1), len(steps), axis=0)
         residual = self.problem.with_laws(around, law[:, None])[:, 0]
         residual = residual.reshape(len(points), len(steps), -1)
-        slopes = groups.slopes((residual[:, 1:] - residual[:, :1]) / STEP)
-        slopes[:, self.held] = 0.0
-        return complex_residuals(slopes, self.problem)
+        residual[:, 1:] -= residual[:, :1]  # in place: it is large
+        residual /= STEP
+        return Slopes(complex_residuals(residual[:, 1:], self.problem), self.sparsity)
+
+    @functools.cached_property
+    def sparsity(self) -> Sparsity:
+        """Which residuals each unknown changes; none what is held."""
+        return Sparsity.of(self.problem, self.held)
 
     def typical(self, at: AtPort) -> Lines:
         """The free law."""
@@ -188,49 +198,55 @@ class AnyLaw:
 
     def cost(self, points: Points) -> np.ndarray:
         """Minus log posterior density."""
-        at = self.free.at(points)
-        return half_squares(at.left(at.best())) + half_squares(points)
+        return np.concatenate([self._cost(part) for part in in_parts(points, self.free.problem)])
 
     def normal_equations(self, points: Points) -> NormalEquations:
         """Normal equations, the law left out at each line."""
+        parts = [self._normal_equations(part) for part in in_parts(points, self.free.problem)]
+        return NormalEquations(*map(np.concatenate, zip(*parts, strict=True)))
+
+    def _cost(self, points: Points) -> np.ndarray:
+        at = self.free.at(points)
+        return half_squares(at.left(at.best())) + half_squares(points)
+
+    def _normal_equations(self, points: Points) -> NormalEquations:
         at = self.free.at(points)
         strength = at.best()
         slopes = self.free.slopes(points, strength, 1 - at.receptance * strength)
-        pull = np.einsum("pcf,pucf->puf", np.conj(at.slope), slopes)
-        share = over(pull, at.information()[:, None])
-        projected = slopes - at.slope[:, None] * share[:, :, None]
         left = at.left(strength)
-        gradient, curvature = products(projected, left)
-        gradient[:, self.free.held] = 0.0
+        gradient, curvature = slopes.products(left)  # what is left has no part along a law
+        crossed = slopes.crossed(at.slope)
+        share = over(crossed, at.information()[:, None])
+        curvature -= np.real(share @ np.conj(crossed).transpose(0, 2, 1))
         gradient += np.where(np.isin(np.arange(points.shape[1]), self.free.held), 0.0, points)
         squares = 2 * half_squares(left)
         cost = 0.5 * squares + half_squares(points)
         return NormalEquations(cost, gradient, curvature + np.eye(points.shape[1]), squares)
 
 
+def in_parts(points: Points, problem: Problem) -> list[Float[np.ndarray, "some unknown"]]:
+    """Points in parts, so many that slopes at those of each can be kept together."""
+    together = MOST_SLOPES // max(1, problem.squares.column_groups.number * problem.count)
+    return np.array_split(points, max(1, -(-len(points) // max(1, together))))
+
+
 def complex_residuals(residual: np.ndarray, problem: Problem) -> Any:
     """Complex residuals [..., channel, frequency] from those of both parts; of amplitudes real.
 
     Those of earlier states follow as further channels, which no law changes: what matters are sums
-    over all. Zeros fill up the last one where they have other lines.
+    over all.
     """
-    count, lines = problem.experiment.observe.parts, problem.data.z.shape[-1]
-    filled = [(0, 0)] * (residual.ndim - 1) + [(0, -residual.shape[-1] % (count * lines))]
-    parts = np.pad(residual, filled).reshape(*residual.shape[:-1], -1, count, lines)
-    return parts[..., 0, :] + 1j * parts[..., 1, :] if tells_phase(problem) else parts[..., 0, :]
+    parts = by_line(residual, problem)
+    if not tells_phase(problem):
+        return parts[..., 0, :]
+    values = np.empty((*parts.shape[:-2], parts.shape[-1]), complex)
+    values.real, values.imag = parts[..., 0, :], parts[..., 1, :]  # nothing is copied twice
+    return values
 
 
 def tells_phase(problem: Problem) -> bool:
     """Whether complex FRFs were measured, so that residuals are linear in a free law."""
     return problem.experiment.observe.parts > 1
-
-
-def products(slopes: Along, residual: Channels) -> tuple[np.ndarray, np.ndarray]:
-    """Products of slopes with complex residuals, and with each other."""
-    flat = slopes.reshape(*slopes.shape[:2], -1)
-    conjugate = np.conj(flat)
-    pulls = np.real(conjugate @ residual.reshape(len(residual), -1, 1))[..., 0]
-    return pulls, np.real(flat @ conjugate.transpose(0, 2, 1))
 
 
 def half_squares(values: np.ndarray) -> np.ndarray:

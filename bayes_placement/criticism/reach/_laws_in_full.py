@@ -11,7 +11,8 @@ import numpy as np
 from ...inference.engines.least_squares import STEP, NormalEquations
 from ...laws.rows import NUMBERS
 from ._asked import Rows, closed, held_last
-from ._free_law import Free, Points, half_squares, products, tells_phase
+from ._free_law import Free, Points, half_squares, tells_phase
+from ._slopes import Slopes
 
 
 class LawsInFull:
@@ -50,27 +51,47 @@ class LawsInFull:
         """Normal equations."""
         of_problem, of_law, which = self._parts(points)
         stiffness, along = self.rows.at_lines(which, of_law, self.omega)
-        left, of_numbers = self._along_numbers(of_problem, stiffness, along)
         of_others = self.free.slopes(of_problem, *self._law(stiffness))
-        gradient, curvature = products(np.concatenate([of_others, of_numbers], axis=1), left)
+        left, *of_numbers = self._along_numbers(of_problem, stiffness, along, of_others)
+        gradient, curvature = _joined(of_others.products(left), *of_numbers)
         prior = points[:, :-1].copy()
         squares = 2 * half_squares(left)
         cost = 0.5 * squares + half_squares(prior)
         prior[:, self.free.held] = 0.0
         return held_last(NormalEquations(cost, gradient + prior, curvature, squares), 1)
 
-    def _along_numbers(self, of_problem: Points, stiffness: Any, along: Any) -> tuple[Any, Any]:
-        """Residuals, and their slopes along the numbers of laws; of amplitudes by differences."""
+    def _along_numbers(
+        self, of_problem: Points, stiffness: Any, along: Any, others: Slopes
+    ) -> tuple[Any, Any, Any, Any]:
+        """Residuals, and products of their slopes along the numbers of laws.
+
+        With the residuals, with each other, and with slopes along all other unknowns; sums over
+        channels are those of t. Of amplitudes slopes are differences.
+        """
         if not tells_phase(self.free.problem):
-            left = self.free.residuals(of_problem, *self._law(stiffness))
-            moved = [
-                self.free.residuals(of_problem, *self._law(stiffness + STEP * each))
-                for each in along.swapaxes(0, 1)
-            ]
-            return left, (np.stack(moved, axis=1) - left[:, None]) / STEP
+            return self._by_differences(of_problem, stiffness, along, others)
         at = self.free.at(of_problem)
         strength, softened = closed(stiffness, at.receptance, self.is_cut)
-        return at.left(strength), at.slope[:, None] * (along * softened[:, None])[:, :, None]
+        left, along = at.left(strength), along * softened[:, None]
+        conjugate = np.conj(along)
+        pull = np.sum(np.conj(at.slope) * left, axis=1)
+        pulls = np.real(conjugate @ pull[..., None])[..., 0]
+        squares = np.real((along * at.information()[:, None]) @ conjugate.transpose(0, 2, 1))
+        across = np.real(others.crossed(at.slope) @ conjugate.transpose(0, 2, 1))
+        return left, pulls, squares, across
+
+    def _by_differences(
+        self, of_problem: Points, stiffness: Any, along: Any, others: Slopes
+    ) -> tuple[Any, Any, Any, Any]:
+        left = self.free.residuals(of_problem, *self._law(stiffness))
+        moved = [
+            (self.free.residuals(of_problem, *self._law(stiffness + STEP * each)) - left) / STEP
+            for each in along.swapaxes(0, 1)
+        ]
+        flat = np.stack(moved, axis=1).reshape(len(left), len(moved), -1)
+        pulls = (flat @ left.reshape(len(left), -1, 1))[..., 0]
+        across = [others.crossed(each).real.sum(axis=-1) for each in moved]
+        return left, pulls, flat @ flat.transpose(0, 2, 1), np.stack(across, axis=-1)
 
     def _parts(self, points: Points) -> tuple[Any, Any, Any]:
         size = self.free.problem.dimension
@@ -81,3 +102,11 @@ class LawsInFull:
         """Numerator and denominator at the lines."""
         ones = np.ones_like(stiffness)
         return (ones, stiffness) if self.is_cut else (stiffness, ones)
+
+
+def _joined(of_others: Any, pulls: Any, squares: Any, across: Any) -> tuple[Any, Any]:
+    """Gradient and curvature along all other unknowns, then along the numbers of laws."""
+    upper = np.concatenate([of_others[1], across], axis=2)
+    lower = np.concatenate([across.transpose(0, 2, 1), squares], axis=2)
+    gradient = np.concatenate([of_others[0], pulls], axis=1)
+    return gradient, np.concatenate([upper, lower], axis=1)

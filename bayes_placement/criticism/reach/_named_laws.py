@@ -1,6 +1,5 @@
 """Every network at the best places of a kind of port; the best of them fitted in full."""
 
-import functools
 import json
 import math
 from collections import Counter
@@ -24,13 +23,11 @@ from ._at_port import (
     fitted_laws,
     kept,
     omega_of,
-    reach_of_channel,
     reach_of_port,
 )
-from ._channels import channels_of
 from ._effect_as_law import EffectAsLaw
 from ._filters import ChannelFilter
-from ._free_law import Points, tells_phase
+from ._free_law import Points
 from ._laws_in_full import LawsInFull
 from ._ports import Port, ports_of
 
@@ -110,33 +107,12 @@ def reached_ports(
     tick
         Called once for each kind of port.
     """
-    return _reached(
-        ports_of(problem.experiment), functools.partial(reach_of_port, problem, point), tick
-    )
-
-
-def reached_channels(problem: Problem, point: Point) -> tuple[list[ReachOfPort], list[NamedLaw]]:
-    """What factors on each channel, and on all, can do, and the best filters; none of amplitudes.
-
-    Parameters
-    ----------
-    problem
-        The problem of the model.
-    point
-        Its fit.
-    """
-    if not tells_phase(problem):
-        return [], []
-    of_channel = functools.partial(reach_of_channel, problem, point)
-    return _reached(channels_of(problem.experiment), of_channel, lambda: None)
-
-
-def _reached(ports: Any, reach_of: Any, tick: Any) -> tuple[list[ReachOfPort], list[NamedLaw]]:
+    ports = ports_of(problem.experiment)
     pieces = Counter(port.acts_on for port in ports)
     reached: list[ReachOfPort] = []
     named: list[list[NamedLaw]] = []
     for port in ports:
-        reached.append(reach_of(port))
+        reached.append(reach_of_port(problem, point, port))
         named.append(laws_with_names(reached[-1], pieces[port.acts_on]))
         tick()
     order = sorted(range(len(ports)), key=lambda number: -_log_evidence(_best(named[number])))
@@ -151,8 +127,7 @@ def _refined(reach: ReachOfPort, laws: list[NamedLaw], pieces: int) -> list[Name
 
     On a grid those laws seem the best whose place matters least.
     """
-    rounds = ROUNDS if len(reach.points) > 1 else 0  # a channel has no place
-    for _ in range(rounds):
+    for _ in range(ROUNDS):
         before = _best(laws)
         laws = _best_of_each([*laws, *_laws_at(reach, before.point[None], pieces)])
         if _log_evidence(_best(laws)) < _log_evidence(before) + STRONG:

@@ -20,8 +20,9 @@ from ._as_measured import as_measured
 from ._at_port import AnyPort, ReachOfPort
 from ._channels import CHANNELS
 from ._free_law import Points, tells_phase
-from ._named_laws import NamedLaw, reached_channels, simplest
+from ._named_laws import NamedLaw, simplest
 from ._of_modes import ReachOfEffect
+from ._reached_channels import reached_channels
 
 PLACES = ("x", "y", "z", "to_x", "to_y", "to_z")
 """Columns of places [m]: where a law acts, and the other end of a strut."""
@@ -245,7 +246,7 @@ def reach_of(
     laws
         The best of them, fitted in full.
     """
-    channels, filters = reached_channels(problem, fit.point)
+    channels, filters = reached_channels(problem, fit, laws)
     squares, reaches = fit.squares, [*ports, *channels]
     frees = {id(each.port): each.free for each in reaches if isinstance(each, ReachOfPort)}
     curves = pd.concat([_curve(reached, squares) for reached in reaches])

@@ -135,7 +135,7 @@ def sampled_about(problem: LeastSquares, fit: Fit, seed: int = 0) -> SampledPost
 
     None where draws about the mode cannot be trusted and there are many unknowns.
     """
-    weighted = _from_gaussian(problem, fit.gaussian.widened(WIDER), seed)
+    weighted = _from_gaussian(problem, fit.gaussian.widened(_wider(problem.dimension)), seed)
     sampled = _resampled(weighted, LEAST_ESS, seed)
     if sampled is None and problem.known_noise:
         along_ridges = randomised_maximum_likelihood(problem, fit, seed)
@@ -158,6 +158,15 @@ def _smc() -> Iterator[Engine]:
     """SMC, imported here: few posteriors need it, and its libraries take an eighth of a second."""
     for particles, populations in PARTICLES:
         yield engines.SMC(particles=particles, populations=populations, moves=10, prior_draws=2)
+
+
+def _wider(dimension: int) -> float:
+    """Factor on deviations of draws that are weighted, so that half of them count at least.
+
+    Of a Gaussian posterior the share of effective draws is (s^2 / sqrt(2 s^2 - 1))^-dimension.
+    """
+    each = 4.0 ** (1 / max(1, dimension))
+    return min(WIDER, float(np.sqrt(each + np.sqrt(each**2 - each))))
 
 
 def _from_gaussian(problem: LeastSquares, gaussian: Laplace, seed: int) -> Weighted:

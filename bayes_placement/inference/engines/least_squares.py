@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from ._changed_data import Changed, changed_data
 from ._column_groups import ColumnGroups, column_groups
 
 STEP = 1e-6
@@ -77,15 +78,24 @@ class LeastSquares:
     traced
         The same, to be called in compiled functions: a tree, so that one such function serves all
         problems of one form. By default the first.
+    alike
+        A number for each unknown: those that have the same one may change different data. By
+        default each has its own.
     """
 
     def __init__(
-        self, evaluate: Evaluate, dimension: int, count: int, traced: Evaluate | None = None
+        self,
+        evaluate: Evaluate,
+        dimension: int,
+        count: int,
+        traced: Evaluate | None = None,
+        alike: np.ndarray | None = None,
     ):
         self.evaluate = evaluate
         self.dimension = dimension
         self.count = count
         self.traced = evaluate if traced is None else traced
+        self.kinds = np.arange(dimension) if alike is None else alike
         self._alike: LeastSquares | None = None
 
     def residuals(
@@ -116,7 +126,7 @@ class LeastSquares:
         """The same, but for the slopes of residuals: along the groups of unknowns."""
         groups = self.column_groups
         along = self._differences(points, groups.directions(), logarithmic)
-        return along._replace(widening=along.widening[:, groups.group] * self._changes[1])
+        return along._replace(widening=along.widening[:, groups.group] * self._changed.noise)
 
     def objective(
         self,
@@ -143,7 +153,7 @@ class LeastSquares:
     @property
     def known_noise(self) -> bool:
         """Whether the cost is half a sum of squares but for a constant."""
-        return not self._changes[1].any()
+        return not self._changed.noise.any()
 
     def take_structure(self, other: "LeastSquares") -> None:
         """Take over which datum depends on which unknown, once that is asked for."""
@@ -154,27 +164,30 @@ class LeastSquares:
         """Unknowns that change different data."""
         if self._alike is not None:
             return self._alike.column_groups
-        changes, widens = self._changes
+        changes, widens = self._changed
         # An unknown of the noise stands alone: it changes all that is known of the level.
         return column_groups(changes | widens[:, None])
 
     @functools.cached_property
-    def _changes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Whether each unknown changes each datum, and the noise, at any point.
+    def _changed(self) -> Changed:
+        """Whether each unknown changes each datum, and the noise, at any point."""
+        if self._alike is not None:
+            return self._alike._changed
+        return changed_data(self._probed, self.kinds)
+
+    def _probed(self, sets: np.ndarray) -> Changed:
+        """Whether sets of unknowns change each datum, and the noise.
 
         A value that is not a number passes through every operation, also where the slope is zero:
         it reaches all that an unknown can change. What steps from one value to another, such as a
         nearest node, may stop it, but has a slope at a point of no symmetry, or none anywhere.
         """
-        if self._alike is not None:
-            return self._alike._changes
         point = np.random.default_rng(0).uniform(-0.5, 0.5, (1, self.dimension))
-        unknown = np.eye(self.dimension)
-        probes = np.concatenate([point, np.where(unknown, np.nan, point)])
+        probes = np.concatenate([point, np.where(sets, np.nan, point)])
         reached, widened = (values[1:] for values in self.residuals(probes))
-        along = self._differences(point, unknown, False)
-        return np.isnan(reached) | (along.slopes[0] != 0), np.isnan(widened) | (
-            along.widening[0] != 0
+        along = self._differences(point, sets.astype(float), False)
+        return Changed(
+            np.isnan(reached) | (along.slopes[0] != 0), np.isnan(widened) | (along.widening[0] != 0)
         )
 
     def _differences(

@@ -14,7 +14,10 @@ from .least_squares import LeastSquares, ParameterPoints
 from .levenberg_marquardt import LARGEST, Fit
 
 DRAWS, BLOCK = 192, 16
-"""Draws, and those that are found together."""
+"""Draws, and those that are found together, at most."""
+
+MOST_SLOPES = 2**25
+"""Slopes of those that are found together: a quarter of a gigabyte."""
 
 ROUNDS, CHORDS = 4, 3
 """Evaluations of the slopes, and steps that are made with those of each."""
@@ -76,7 +79,9 @@ def randomised_maximum_likelihood(problem: LeastSquares, fit: Fit, seed: int) ->
     """Weighted draws about a fit of known noise; None where too many of them are not found."""
     image = _Image(problem, fit)
     target = np.random.default_rng(seed).standard_normal((DRAWS, problem.dimension))
-    blocks = [_solved(image, fit.point, block) for block in np.split(target, DRAWS // BLOCK)]
+    together = min(BLOCK, max(1, MOST_SLOPES // max(1, problem.dimension * problem.count)))
+    parts = np.array_split(target, -(-DRAWS // together))
+    blocks = [_solved(image, fit.point, block) for block in parts]
     points, log_weight = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
     if np.mean(np.isneginf(log_weight)) > LOST:
         return None

@@ -2,47 +2,68 @@
 
 import numpy as np
 import numpyro.distributions as dist
+import pandas as pd
 import pytest
 
 import bayes_placement as bp
+from bayes_placement.criticism.kept_fits import ANY_FIT
 from bayes_placement.criticism.missing import _scan, _scanned_candidates
+from bayes_placement.criticism.missing._at_channels import at_lines_of_scans
+from bayes_placement.criticism.missing._hypotheses import Hypothesis, linear_logarithmic
+from bayes_placement.criticism.missing._score_test import scores
 from bayes_placement.inference.residuals import Problem, point_in_problem
 from tests.criticism.small import experiment, measured
 
 COUNTS = {"structure.effects.point_mass.at": 9, "structure.effects.point_mass.mass": 5}
 
 
+MASS = bp.effects.point_mass(dist.Uniform(0.1, 0.9), dist.Uniform(0.0, 0.5))
+
+
 @pytest.fixture(scope="module")
-def problems():
-    """Without and with a mass that is there."""
+def without():
+    """A model without a mass that is there, at the middle of its priors."""
     data = experiment().data(measured(bp.effects.point_mass(0.7, 0.1), seed=1))
-    mass = bp.effects.point_mass(dist.Uniform(0.1, 0.9), dist.Uniform(0.0, 0.5))
-    return Problem(experiment(), data), Problem(experiment() + mass, data)
+    problem = Problem(experiment(), data)
+    return Hypothesis((), problem, ANY_FIT._replace(point=np.zeros(problem.dimension)))
 
 
-def scanned(problems, most=1000):
-    without, with_mass = problems
-    slopes = without.squares.jacobian(np.zeros((1, without.dimension)), True).slopes[0]
-    return _scan.scan(with_mass, COUNTS, np.zeros(with_mass.dimension), slopes, most)
+def scanned(without, most=1000):
+    part = at_lines_of_scans(without, MASS)
+    return _scan.scan(part, COUNTS, most, linear_logarithmic(without))
 
 
-def test_a_scan_in_parts_keeps_the_points_of_least_cost_of_all(problems, monkeypatch):
+def test_a_scan_in_parts_keeps_the_points_of_least_cost_of_all(without, monkeypatch):
     monkeypatch.setattr(_scan, "KEPT", 20)
-    together = scanned(problems)
+    together = scanned(without)
     monkeypatch.setattr(_scan, "TOGETHER", 7)
-    for part, expected in zip(scanned(problems), together, strict=True):
+    for part, expected in zip(scanned(without), together, strict=True):
         np.testing.assert_allclose(part, expected, rtol=1e-6)
     monkeypatch.setattr(_scan, "KEPT", 45)
     assert np.all(np.diff(together.predicted_cost) >= 0)
-    costs = scanned(problems).predicted_cost[20:]
+    costs = scanned(without).predicted_cost[20:]
     assert len(costs) == 25 and together.predicted_cost[-1] <= costs.min()
 
 
-def test_the_best_place_of_a_scan_is_near_the_mass(problems):
-    _, with_mass = problems
-    values = with_mass.coordinates.named(_scan.best_places(scanned(problems))[:1])
+def test_the_best_place_of_a_scan_is_near_the_mass(without):
+    candidate = _scanned_candidates.ScannedCandidate(without, MASS, scanned(without))
+    values = candidate.problem.coordinates.named(candidate.best_places(1))
     assert abs(values["structure.effects.point_mass.at"][0] - 0.7) < 0.05
     assert abs(values["structure.effects.point_mass.mass"][0] - 0.1) < 0.1
+
+
+@pytest.mark.parametrize("kind", ["gain_error", "misplaced_sensor", "swapped_sensors"])
+def test_at_the_channels_of_an_effect_a_scan_is_that_at_all(without, kind, monkeypatch):
+    effect = bp.effects.library(experiment(), [kind]).effects[-1]
+    (few,) = _scanned_candidates.scanned([(without, effect)], lambda: None)
+    monkeypatch.setattr(type(effect), "alone", lambda effect, instruments: None)
+    (of_all,) = _scanned_candidates.scanned([(without, effect)], lambda: None)
+    assert few.scan.data.size > 0 and of_all.scan.data.size == 0
+    for values, expected in zip(few.scan[::2], of_all.scan[::2], strict=False):
+        np.testing.assert_allclose(values, expected, rtol=1e-9)
+    np.testing.assert_allclose(few.scan.residual, of_all.scan.residual[:, few.scan.data], rtol=1e-6)
+    (row,), (row_of_all,) = (scores(without, [each]) for each in (few, of_all))
+    pd.testing.assert_frame_equal(row, row_of_all, rtol=1e-6)
 
 
 def test_a_point_is_transferred_by_names():

@@ -10,7 +10,7 @@ from bayes_placement.criticism.missing._candidates import candidates_of
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis, with_errors
 from bayes_placement.criticism.missing._posterior_odds import passes
 from bayes_placement.criticism.missing._screen import ALWAYS, _ErroneousModel, worth_fitting
-from bayes_placement.criticism.missing._search import single_effects
+from bayes_placement.criticism.missing._search import single_effects, with_channels
 from bayes_placement.inference.chi2 import LEVEL
 from bayes_placement.inference.engines.levenberg_marquardt import minimise
 from tests.criticism.missing.test_before_and_after import imperfect, measured
@@ -25,7 +25,8 @@ def screened(*hidden, seed=1):
     data = experiment().data(measured(imperfect(seed, *hidden), seed + 1))
     library = effects.library(experiment(), ["point_mass", "gain_error", "time_delay"])
     candidates = candidates_of(experiment(), library).effects
-    exact = single_effects(null_hypothesis(experiment(), data), candidates, lambda: None)
+    singles = single_effects(null_hypothesis(experiment(), data), candidates, lambda: None)
+    exact = with_channels(singles, LEVEL, needs_all=True)
     return with_errors(exact.hypotheses[0], errors), exact
 
 

@@ -5,7 +5,7 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.criticism.missing import _scan, _screening_lines
+from bayes_placement.criticism.missing import _descents, _screening_lines
 from bayes_placement.criticism.missing._screening_lines import (
     Thinned,
     at_screening_lines,
@@ -111,10 +111,10 @@ def test_noise_of_unknown_level_and_of_each_line():
 def test_a_fit_begins_at_some_lines_and_ends_at_all(problem, monkeypatch):
     """It is the fit of all lines, not that of the sample."""
     starts = points_of(problem, 3)
-    whole = _scan._followed(problem, starts)
+    whole = _descents._followed(problem, starts)
     of_sample, _ = minimise(Thinned(problem, 4).squares.objective(), starts, steps=40)
-    monkeypatch.setattr(_scan, "at_lines_of_descents", lambda problem: Thinned(problem, 4))
-    begun = _scan._followed(problem, starts)
+    monkeypatch.setattr(_descents, "at_lines_of_descents", lambda problem: Thinned(problem, 4))
+    begun = _descents._followed(problem, starts)
     assert abs(begun.cost - whole.cost) < 0.01
     deviations = np.sqrt(np.diag(whole.gaussian.covariance))
     assert np.all(np.abs(begun.point - whole.point) < 0.1 * deviations)

@@ -24,6 +24,7 @@ from bayes_placement.criticism.reach._as_measured import as_measured
 from bayes_placement.criticism.reach._asked import OF_ROW, Asked, LawsAsked
 from bayes_placement.criticism.reach._channels import channels_of, free_factor
 from bayes_placement.criticism.reach._filters import FILTERS, PARTS, ChannelFilter, FilterRows
+from bayes_placement.criticism.reach._free_factor import Responses
 from bayes_placement.criticism.reach._free_law import AnyLaw
 from bayes_placement.criticism.reach._laws_in_full import LawsInFull
 from bayes_placement.criticism.reach._named_laws import reached_channels
@@ -78,7 +79,7 @@ def port(setting):
 
 
 def free(number=1):
-    return free_factor(channels_of(problem().experiment)[number], problem())
+    return free_factor(channels_of(problem().experiment)[number], Responses(problem()))
 
 
 def points_of(problem):
@@ -209,7 +210,7 @@ def test_a_pair_that_was_not_measured_has_no_part_in_a_factor():
     frf, coherence = (np.where(gone, np.nan, each) for each in (taken.frf, taken.coherence))
     data = setup.data(replace(taken, frf=frf, coherence=coherence))
     base = null_hypothesis(setup, data).problem
-    at = free_factor(channels_of(setup)[1], base).at(np.zeros((1, base.dimension)))
+    at = free_factor(channels_of(setup)[1], Responses(base)).at(np.zeros((1, base.dimension)))
     seen = np.abs(at.slope[0]).max(axis=1) > 0
     assert list(seen) == [False, False, False, True, False, False]  # s2 by a2
     assert np.isfinite(at.left(at.best())).all() and np.all(at.left(at.best())[0, 2] == 0.0)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
+from bayes_placement.criticism.reach import _free_law
 from bayes_placement.criticism.reach._asked import NETWORK, OF_ROW, PLACE, Asked, LawsAsked, closed
 from bayes_placement.criticism.reach._at_port import omega_of, rows_of
 from bayes_placement.criticism.reach._free_law import AnyLaw, FreeLaw
@@ -67,7 +68,7 @@ def gradient_of(cost, point, columns):
     return np.array([(cost(point + step) - cost(point - step)) / 2e-5 for step in steps])
 
 
-def test_slopes_with_a_law_that_is_free(reached):
+def test_slopes_with_a_law_that_is_free(reached, monkeypatch):
     _, free, points = reached
     objective = AnyLaw(free)
     moved = [n for n in range(points.shape[1]) if n not in free.held]
@@ -76,6 +77,10 @@ def test_slopes_with_a_law_that_is_free(reached):
     assert np.allclose(found.gradient[0, moved], expected, rtol=1e-3, atol=1e-3)
     assert np.all(found.gradient[0, free.held] == 0.0)
     assert objective.cost(points[:1]) == pytest.approx(found.cost, rel=1e-9)
+    together = objective.normal_equations(points)
+    monkeypatch.setattr(_free_law, "MOST_SLOPES", 1)
+    for part, whole in zip(objective.normal_equations(points), together, strict=True):
+        np.testing.assert_allclose(part, whole, rtol=1e-9, atol=1e-9)
 
 
 def test_slopes_of_laws_asked_for(reached):

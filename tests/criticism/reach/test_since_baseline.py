@@ -10,6 +10,7 @@ import bayes_placement as bp
 from bayes_placement._types import InputError
 from bayes_placement.criticism.missing._before_and_after import state_of
 from bayes_placement.criticism.reach._channels import channels_of, free_factor
+from bayes_placement.criticism.reach._free_factor import Responses
 from bayes_placement.criticism.reach._free_law import AnyLaw, FreeLaw
 from bayes_placement.criticism.reach._ports import ports_of
 from bayes_placement.inference.residuals import Problem
@@ -65,7 +66,7 @@ def test_slopes_with_both_states(free):
 
 
 def test_a_factor_is_on_channels_of_the_later_state_alone(problem):
-    factor = free_factor(channels_of(problem.experiment)[0], problem)
+    factor = free_factor(channels_of(problem.experiment)[0], Responses(problem))
     at = factor.at(np.zeros((1, problem.dimension)))
     moved = np.any(at.slope[0] != 0.0, axis=-1)
     assert moved.tolist() == [True] + [False] * (len(moved) - 1)

@@ -8,6 +8,7 @@ import numpyro.distributions as dist
 import pytest
 
 from bayes_placement.effects.instrument_effect import InstrumentEffect
+from bayes_placement.inference.engines._changed_data import Changed, changed_data
 from bayes_placement.inference.engines._column_groups import column_groups
 from bayes_placement.inference.residuals import Problem
 from tests.criticism.small import experiment, measured
@@ -103,3 +104,22 @@ def test_an_unknown_that_changes_nothing_at_some_points_is_not_lost_at_others(si
     np.testing.assert_array_equal(np.any(one_by_one[:, -1] != 0, axis=-1), [side < 0, side > 0])
     np.testing.assert_array_equal(slopes, one_by_one)
     assert problem.squares.column_groups.number < problem.dimension
+
+
+@pytest.mark.parametrize("shared", [False, True])
+def test_few_evaluations_tell_what_each_of_many_alike_changes(shared):
+    """Nine of eleven unknowns are alike; where two change one datum, each is asked alone."""
+    changes = np.zeros((11, 30), dtype=bool)
+    changes[:2] = True
+    changes[2:] = np.eye(9, 30, 3, dtype=bool) | np.eye(9, 30, 15, dtype=bool)
+    changes[4, 3] = shared
+    asked = []
+
+    def probe(sets):
+        asked.append(len(sets))
+        return Changed(sets.astype(float) @ changes > 0, sets[:, 0])
+
+    found = changed_data(probe, np.array([0, 1, *[2] * 9]))
+    np.testing.assert_array_equal(found.data, changes)
+    np.testing.assert_array_equal(np.flatnonzero(found.noise), [0])
+    assert asked == [8, 11 if shared else 2]

@@ -265,3 +265,24 @@ def test_a_descent_that_misses_the_data_ends_sooner():
     assert chi2 > 100
     assert len(evaluated) - of_exact < of_exact
     assert 0 <= sooner.cost[0] - exact.cost[0] < 1e-3 * chi2
+
+
+def test_draws_of_many_unknowns_are_as_wide_as_half_of_them_can_bear():
+    """A Gaussian posterior of 100 unknowns: draws 1.2 times as wide would leave 31 of them."""
+    random = np.random.default_rng(0)
+    matrix = random.standard_normal((200, 100))
+    problem = LeastSquares(
+        lambda points, _: (1.0 - points @ matrix.T, np.zeros(len(points))), 100, 200
+    )
+    ends, normal = minimise(problem.objective(), np.zeros((1, 100)), steps=5)
+    fit = best_fit(ends, normal, 200)
+    sampled = about_mode._resampled(
+        about_mode._from_gaussian(problem, fit.gaussian.widened(about_mode._wider(100)), 0),
+        400.0,
+        0,
+    )
+    assert sampled.log_evidence == pytest.approx(
+        fit.log_evidence, abs=5 * sampled.log_evidence_error
+    )
+    assert sampled.log_evidence_error < 0.02
+    assert about_mode._wider(3) == about_mode.WIDER
