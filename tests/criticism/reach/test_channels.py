@@ -27,7 +27,7 @@ from bayes_placement.criticism.reach._filters import FILTERS, PARTS, ChannelFilt
 from bayes_placement.criticism.reach._free_factor import Responses
 from bayes_placement.criticism.reach._free_law import AnyLaw
 from bayes_placement.criticism.reach._laws_in_full import LawsInFull
-from bayes_placement.criticism.reach._named_laws import reached_channels
+from bayes_placement.criticism.reach._reached_channels import reached_channels
 from bayes_placement.inference.residuals import Problem
 from bayes_placement.laws.rows import NUMBERS
 from tests.criticism.reach.cantilever import DRIVEN, FURTHER, LINES, experiment, measured
@@ -126,16 +126,18 @@ def test_any_factor_in_all_channels_and_a_low_pass_do_the_same():
 
 
 def test_what_a_folder_keeps_is_not_fitted_again(tmp_path, monkeypatch):
-    base, point = problem(), np.zeros(problem().dimension)
+    setup = experiment()
+    null = null_hypothesis(setup, setup.data(measured(factor=LOW_PASS)))
+    responses = Responses(null.problem)
     with fits_kept_in(tmp_path):
-        _, laws = reached_channels(base, point)
-        table = as_measured(laws[0], free_factor(laws[0].port, base))
-        for module, function in ((_at_port, "minimise"), (_named_laws, "minimise")):
-            monkeypatch.setattr(module, function, None)
+        _, laws = reached_channels(null.problem, null.fit, [])
+        table = as_measured(laws[0], free_factor(laws[0].port, responses))
+        for module in (_at_port, _named_laws):
+            monkeypatch.setattr(module, "minimise", None)
         monkeypatch.setattr(_as_measured, "over", None)
-        _, again = reached_channels(base, point)
+        _, again = reached_channels(null.problem, null.fit, [])
         pd.testing.assert_frame_equal(
-            as_measured(again[0], free_factor(again[0].port, base)), table
+            as_measured(again[0], free_factor(again[0].port, responses)), table
         )
     assert [law.log_odds for law in again] == [law.log_odds for law in laws]
 
