@@ -19,7 +19,7 @@ import numpy as np
 import numpyro.distributions as dist
 
 import bayes_placement as bp
-from bayes_placement.criticism.missing._scan import fit_alone
+from bayes_placement.criticism.missing._descents import fit_alone
 from bayes_placement.inference.engines.about_mode import sampled_about
 from bayes_placement.inference.engines.engine import Engine
 from bayes_placement.inference.estimates import scalars

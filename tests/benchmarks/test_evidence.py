@@ -12,7 +12,7 @@ import pytest
 from scipy.special import logsumexp
 
 import bayes_placement as bp
-from bayes_placement.criticism.missing._scan import fit_alone
+from bayes_placement.criticism.missing._descents import fit_alone
 from bayes_placement.inference.engines.about_mode import sampled_about
 from bayes_placement.inference.engines.randomised_maximum_likelihood import (
     randomised_maximum_likelihood,
