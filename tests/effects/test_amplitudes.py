@@ -354,6 +354,7 @@ def test_no_search_puts_two_of_them_on_a_structure(monkeypatch):
     kinds = (GAP, CUBIC, mass, FRICTION)
     candidates = [types.SimpleNamespace(effect=effect, problem=None) for effect in kinds]
     monkeypatch.setattr(_search, "_by_promise", lambda branch, null, candidates: candidates)
+    monkeypatch.setattr(_search, "_further_swaps", lambda comparison, branch: [])
     monkeypatch.setattr(_search, "may_be_added", inspect.unwrap(_search.may_be_added))
     alone = types.SimpleNamespace(kinds=("gap",), effects=(GAP,))
     comparison = types.SimpleNamespace(

@@ -1,5 +1,6 @@
 """Residuals at a fit, linear in all that is fitted: what is left once they change at some data."""
 
+import math
 from typing import TypeAlias
 
 import numpy as np
@@ -69,5 +70,5 @@ class Linear:
         return change @ change.T - pull @ self._solved(pull).T
 
     def _solved(self, pull: Float[np.ndarray, "*point unknown"]) -> np.ndarray:
-        flat = pull.reshape(-1, pull.shape[-1])
+        flat = pull.reshape(math.prod(pull.shape[:-1]), pull.shape[-1])  # a model may lack unknowns
         return np.linalg.solve(self._curvature, flat.T).T.reshape(pull.shape)

@@ -92,7 +92,8 @@ def with_channels(comparison: Comparison, level: float, needs_all: bool = False)
     def may_win(data: np.ndarray) -> bool:
         left = np.isin(np.arange(len(null.residual)), data)
         row = row_of(null)._replace(squares=without.squares(left))
-        return needs_all or row.passes(Policy(level=level)) or without.most_evidence(left) > least
+        is_near = without.most_evidence(left) > least
+        return bool(needs_all or row.passes(Policy(level=level)) or is_near)
 
     return comparison.with_hypotheses(fits_of_channels(comparison.candidates, VARIANTS, may_win))
 

@@ -39,7 +39,7 @@ def merged(model, data):
     parts = [data.channels([label], ["a1+x"]) for label in ("s2+x", "s1+x")]
     stacked = {
         name: np.concatenate([getattr(part, name) for part in parts])
-        for name in ("frf", "coherence")
+        for name in ("frf", "coherence", "line_scatter")
     }
     sensors = tuple(channel for part in parts for channel in part.sensors)
     whole = dataclasses.replace(parts[0], sensors=sensors, coherent_variance=None, **stacked)
