@@ -1,9 +1,6 @@
 """Mass that each exciter adds to the structure where it drives."""
 
-import equinox as eqx
-from numpyro.distributions import LogUniform
-
-from .prelude import InstrumentEffect, Omega, Parameter, Scales, Stiffness, unit
+from .prelude import InstrumentEffect, LogUniform, Omega, Parameter, Scales, Stiffness, field, unit
 
 
 class ActuatorMass(InstrumentEffect):
@@ -27,8 +24,8 @@ class ActuatorMass(InstrumentEffect):
     changes_modes = False
     absent = ("mass", 0.0)
     loads = ("actuator",)
-    mass: Parameter = eqx.field(metadata=unit("kg"))
-    name: str = eqx.field(static=True, default="actuator_mass", kw_only=True)
+    mass: Parameter = field(metadata=unit("kg"))
+    name: str = field(static=True, default="actuator_mass", kw_only=True)
 
     def load(self, side: str, number: int, omega: Omega) -> Stiffness:
         """Dynamic stiffness -omega^2 m [N/m], the same for every exciter."""

@@ -1,13 +1,10 @@
 """Any law attached to one place of the structure."""
 
-import equinox as eqx
-
-from .._sites import TURNS
+from .._sites import TURNS, unit
 from ..modes.ports import MOTIONS, rotation
-from .effect import NetworkAttachment
 from .on_rotation import Footprint, check_rotation
 from .one_of import check_one_of
-from .prelude import Law, Modes, Parameter, Points, Scales, coordinates, unit
+from .prelude import Law, Modes, NetworkAttachment, Parameter, Points, Scales, coordinates, field
 
 
 class Attached(NetworkAttachment):
@@ -37,11 +34,11 @@ class Attached(NetworkAttachment):
 
     tried_by_default = False
     absent = ("strength", 0.0)
-    law: Law = eqx.field(metadata={TURNS: lambda effect: effect.motion == "rotation"})
-    strength: Parameter = eqx.field(metadata=unit("1"), default=1.0)
-    motion: str = eqx.field(static=True, default="displacement", kw_only=True)
-    footprint: Footprint = eqx.field(default=None, kw_only=True)
-    name: str = eqx.field(static=True, default="attached", kw_only=True)
+    law: Law = field(metadata={TURNS: lambda effect: effect.motion == "rotation"})
+    strength: Parameter = field(metadata=unit("1"), default=1.0)
+    motion: str = field(static=True, default="displacement", kw_only=True)
+    footprint: Footprint = field(default=None, kw_only=True)
+    name: str = field(static=True, default="attached", kw_only=True)
 
     @property
     def kind(self) -> str:

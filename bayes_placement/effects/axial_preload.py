@@ -1,6 +1,5 @@
 """A tension along a uniform beam."""
 
-import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import Distribution
@@ -9,7 +8,7 @@ from .._compiled import compiled
 from ..modes.beams.beams import UniformBeam
 from ..modes.changed import ChangedModes, changed, over_changed_modes
 from ..modes.underlying import required_beam
-from .prelude import GlobalChange, Modes, Parameter, Scales, log_uniform_of_either_sign, unit
+from .prelude import GlobalChange, Modes, Parameter, Scales, field, log_uniform_of_either_sign, unit
 
 LEAST, COMPRESSION, TENSION = 1e-4, 0.8, 10.0
 """Of the buckling load: the least force that matters, the greatest ones of a default prior."""
@@ -35,8 +34,8 @@ class AxialPreload(GlobalChange):
     """
 
     absent = ("tension", 0.0)
-    tension: Parameter = eqx.field(metadata=unit("N"))
-    name: str = eqx.field(static=True, default="axial_preload", kw_only=True)
+    tension: Parameter = field(metadata=unit("N"))
+    name: str = field(static=True, default="axial_preload", kw_only=True)
 
     def on(self, modes: Modes) -> "AxialPreload":
         """Return the effect as it is, on a uniform beam."""

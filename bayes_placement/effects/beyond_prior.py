@@ -3,13 +3,12 @@
 from collections.abc import Iterator
 from typing import Any
 
-import equinox as eqx
 import numpy as np
 from numpyro.distributions import Distribution, LogUniform, Uniform
 
 from .._ranges import Range, ends
-from .._sites import STANDS_FOR, unit
-from .prelude import Instruments, Modes, Parameter, Scales, StructureEffect
+from .._sites import STANDS_FOR
+from .prelude import Instruments, Modes, Parameter, Scales, StructureEffect, field, unit
 
 FACTOR, WIDTHS = 3.0, 2.0
 """How far a default prior goes beyond the end of another one: up to a factor where that has no
@@ -43,10 +42,10 @@ class BeyondPrior(StructureEffect):
     """
 
     may_be_new = False
-    unknown: str = eqx.field(static=True)
-    value: Parameter = eqx.field(metadata=unit("") | {STANDS_FOR: "unknown"})
+    unknown: str = field(static=True)
+    value: Parameter = field(metadata=unit("") | {STANDS_FOR: "unknown"})
     end: float
-    name: str = eqx.field(static=True, default="beyond_prior", kw_only=True)
+    name: str = field(static=True, default="beyond_prior", kw_only=True)
 
     @property
     def absent(self) -> tuple[str, float]:  # type: ignore[override]

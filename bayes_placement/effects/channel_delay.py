@@ -1,10 +1,9 @@
 """A delay of one sensor or actuator against all others."""
 
-import equinox as eqx
 import jax.numpy as jnp
 
-from .instruments import Instruments, Number
-from .prelude import DELAY, Factor, Omega, OnTransducer, Parameter, Scales, unit
+from .._types import Parameter
+from .prelude import DELAY, Factor, Instruments, Number, Omega, OnTransducer, Scales, field, unit
 from .time_delay import delay_prior
 
 
@@ -34,8 +33,8 @@ class ChannelDelay(OnTransducer):
     changes_modes = False
     absent = ("delay", 0.0)
     transducer: Number
-    delay: Parameter = eqx.field(metadata=unit("s", within=DELAY))
-    name: str = eqx.field(static=True, default="channel_delay", kw_only=True)
+    delay: Parameter = field(metadata=unit("s", within=DELAY))
+    name: str = field(static=True, default="channel_delay", kw_only=True)
 
     def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:
         """Return exp(-i omega tau) on the delayed channels."""

@@ -1,12 +1,10 @@
 """A support of a uniform bar or beam that is softer than assumed."""
 
-import equinox as eqx
-from numpyro.distributions import LogUniform
-
+from .._sites import unit
 from ..modes.beams.uniform_line import UniformLine
 from ..modes.hinges import Hinge
 from ..modes.underlying import required_line, underlying_line
-from .prelude import Hinged, InputError, Instruments, Modes, Parameter, Scales, unit
+from .prelude import Hinged, InputError, Instruments, LogUniform, Modes, Parameter, Scales, field
 
 _HELD = {"fixed": ("rotation", "translation"), "pinned": ("translation",), "guided": ("rotation",)}
 
@@ -39,10 +37,10 @@ class CompliantSupport(Hinged):
 
     absent = ("compliance", 0.0)
     acts_on = "cut"
-    compliance: Parameter = eqx.field(metadata=unit(_unit))
-    end: str = eqx.field(static=True, default="left", kw_only=True)
-    motion: str = eqx.field(static=True, default="rotation", kw_only=True)
-    name: str = eqx.field(static=True, default="compliant_support", kw_only=True)
+    compliance: Parameter = field(metadata=unit(_unit))
+    end: str = field(static=True, default="left", kw_only=True)
+    motion: str = field(static=True, default="rotation", kw_only=True)
+    name: str = field(static=True, default="compliant_support", kw_only=True)
 
     def on(self, modes: Modes) -> "CompliantSupport":
         """Return the effect as it is, on a bar or beam with this support."""

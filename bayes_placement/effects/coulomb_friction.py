@@ -1,12 +1,11 @@
 """Dry friction between one place of the structure and the ground."""
 
-import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
-from numpyro.distributions import LogUniform
 
+from .._ranges import NOT_NEGATIVE, POSITIVE
 from .amplitude_attachment import AmplitudeAttachment, circle_segment, limited_share, tried_places
-from .prelude import NOT_NEGATIVE, POSITIVE, Omega, Parameter, Scales, at_each, unit
+from .prelude import LogUniform, Omega, Parameter, Scales, at_each, field, unit
 
 
 class CoulombFriction(AmplitudeAttachment):
@@ -41,9 +40,9 @@ class CoulombFriction(AmplitudeAttachment):
     changes_modes = False
     # The force and not the stiffness: weak friction loses energy, a weak contact is a spring.
     absent = ("force", 0.0)
-    force: Parameter = eqx.field(metadata=unit("N", within=NOT_NEGATIVE))
-    stiffness: Parameter = eqx.field(metadata=unit("N/m", within=POSITIVE))
-    name: str = eqx.field(static=True, default="coulomb_friction", kw_only=True)
+    force: Parameter = field(metadata=unit("N", within=NOT_NEGATIVE))
+    stiffness: Parameter = field(metadata=unit("N/m", within=POSITIVE))
+    name: str = field(static=True, default="coulomb_friction", kw_only=True)
 
     def equivalent_stiffness(
         self, amplitude: Float[Array, "actuator frequency"], omega: Omega

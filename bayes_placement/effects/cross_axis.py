@@ -1,10 +1,10 @@
 """Cross-axis sensitivity of a sensor with several directions."""
 
-import equinox as eqx
 import jax.numpy as jnp
 
+from .._sites import unit
 from .._types import InputError, Parameter, Receptance
-from .prelude import Instruments, Number, OfSide, Omega, Scales, log_uniform_of_either_sign, unit
+from .prelude import Instruments, Number, OfSide, Omega, Scales, field, log_uniform_of_either_sign
 
 
 class CrossAxis(OfSide):
@@ -32,8 +32,8 @@ class CrossAxis(OfSide):
     absent = ("share", 0.0)
     side = "sensor"
     sensor: Number
-    share: Parameter = eqx.field(metadata=unit("1"))
-    name: str = eqx.field(static=True, default="cross_axis", kw_only=True)
+    share: Parameter = field(metadata=unit("1"))
+    name: str = field(static=True, default="cross_axis", kw_only=True)
 
     def numbered(self, instruments: Instruments) -> "CrossAxis":
         """Return the effect with its sensor by number."""

@@ -1,11 +1,9 @@
 """A cubic spring between one place of the structure and the ground."""
 
-import equinox as eqx
 from jaxtyping import Array, Float
-from numpyro.distributions import LogUniform
 
 from .amplitude_attachment import AmplitudeAttachment, tried_places
-from .prelude import Omega, Parameter, Scales, at_each, unit
+from .prelude import LogUniform, Omega, Parameter, Scales, at_each, field, unit
 
 
 class CubicStiffness(AmplitudeAttachment):
@@ -34,8 +32,8 @@ class CubicStiffness(AmplitudeAttachment):
 
     changes_modes = False
     absent = ("stiffness", 0.0)
-    stiffness: Parameter = eqx.field(metadata=unit("N/m3"))
-    name: str = eqx.field(static=True, default="cubic_stiffness", kw_only=True)
+    stiffness: Parameter = field(metadata=unit("N/m3"))
+    name: str = field(static=True, default="cubic_stiffness", kw_only=True)
 
     def equivalent_stiffness(
         self, amplitude: Float[Array, "actuator frequency"], omega: Omega

@@ -2,15 +2,13 @@
 
 from collections.abc import Sequence
 
-import equinox as eqx
 import jax.numpy as jnp
-from numpyro.distributions import LogUniform
 
+from .._ranges import POSITIVE, SIGNED_LOSS_FACTOR
 from ..modes.ports import cuts_over, over
 from ..modes.underlying import required_line, underlying_line
 from .effect import AtPlace, Omega, OnPorts, Stiffness, placed
-from .port_law import PortLaw
-from .prelude import POSITIVE, SIGNED_LOSS_FACTOR, Modes, Parameter, Scales, coordinates, unit
+from .prelude import LogUniform, Modes, Parameter, PortLaw, Scales, coordinates, field, unit
 
 
 class DampingLayer(AtPlace, OnPorts):
@@ -38,9 +36,9 @@ class DampingLayer(AtPlace, OnPorts):
     tried_last = True
     absent = ("loss_factor", 0.0)
     acts_on = "region"
-    extent: Parameter = eqx.field(metadata=unit("m", within=POSITIVE))
-    loss_factor: Parameter = eqx.field(metadata=unit("1", within=SIGNED_LOSS_FACTOR))
-    name: str = eqx.field(static=True, default="damping_layer", kw_only=True)
+    extent: Parameter = field(metadata=unit("m", within=POSITIVE))
+    loss_factor: Parameter = field(metadata=unit("1", within=SIGNED_LOSS_FACTOR))
+    name: str = field(static=True, default="damping_layer", kw_only=True)
 
     def on(self, modes: Modes) -> "DampingLayer":
         """Return the effect placed on a uniform bar or beam."""

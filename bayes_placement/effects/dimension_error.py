@@ -5,10 +5,11 @@ from typing import Any
 
 import equinox as eqx
 
+from .._ranges import SIZE
 from ..modes.beams.beams import UniformBar, UniformBeam
 from ..modes.beams.uniform_line import UniformLine
 from ..modes.finite_elements.nodal_modes import NodalModes
-from .prelude import SIZE, GlobalChange, InputError, Instruments, Modes, Parameter, Scales, unit
+from .prelude import GlobalChange, InputError, Instruments, Modes, Parameter, Scales, field, unit
 from .signed import log_uniform_of_either_sign
 
 LEAST, GREATEST = 1e-4, 0.15
@@ -60,9 +61,9 @@ class DimensionError(GlobalChange):
 
     changes_size = True
     absent = ("error", 0.0)
-    error: Parameter = eqx.field(metadata=unit("1", within=SIZE))
-    dimension: str = eqx.field(static=True, default="length", kw_only=True)
-    name: str = eqx.field(static=True, default="dimension_error", kw_only=True)
+    error: Parameter = field(metadata=unit("1", within=SIZE))
+    dimension: str = field(static=True, default="length", kw_only=True)
+    name: str = field(static=True, default="dimension_error", kw_only=True)
 
     def on(self, modes: Modes) -> "DimensionError":
         """Return the effect as it is, on a structure that has this dimension."""

@@ -2,14 +2,13 @@
 
 from collections.abc import Sequence
 
-import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform, Uniform
 
 from ..modes.ports import beside, rotation
 from .effect import AtPlace, Omega, OnPorts, Stiffness
 from .on_rotation import bending_scale
-from .prelude import NOT_NEGATIVE, Mass, Modes, Parameter, PortLaw, Scales, coordinates, unit
+from .prelude import NOT_NEGATIVE, Mass, Modes, Parameter, PortLaw, Scales, coordinates, field, unit
 
 
 class EccentricMass(AtPlace, OnPorts):
@@ -39,10 +38,10 @@ class EccentricMass(AtPlace, OnPorts):
 
     absent = ("mass", 0.0)
     acts_on = "body"
-    mass: Parameter = eqx.field(metadata=unit("kg"))
-    radius_of_gyration: Parameter = eqx.field(metadata=unit("m", within=NOT_NEGATIVE))
-    offset: Parameter = eqx.field(metadata=unit("m"), default=0.0)
-    name: str = eqx.field(static=True, default="eccentric_mass", kw_only=True)
+    mass: Parameter = field(metadata=unit("kg"))
+    radius_of_gyration: Parameter = field(metadata=unit("m", within=NOT_NEGATIVE))
+    offset: Parameter = field(metadata=unit("m"), default=0.0)
+    name: str = field(static=True, default="eccentric_mass", kw_only=True)
 
     def port_laws(self, modes: Modes, modulus: Stiffness, omega: Omega) -> Sequence[PortLaw]:
         """The mass at its centre, and the inertia on the slope."""

@@ -1,9 +1,7 @@
 """The exponential window of an impact test, which adds damping to every mode."""
 
-import equinox as eqx
-from numpyro.distributions import LogUniform
-
-from .prelude import NOT_NEGATIVE, InstrumentEffect, Omega, Parameter, Scales, unit
+from .._ranges import NOT_NEGATIVE
+from .prelude import InstrumentEffect, LogUniform, Omega, Parameter, Scales, field, unit
 
 
 class ExponentialWindow(InstrumentEffect):
@@ -28,8 +26,8 @@ class ExponentialWindow(InstrumentEffect):
     changes_modes = False
     absent = ("rate", 0.0)
     acts_on = "all_channels"
-    rate: Parameter = eqx.field(metadata=unit("1/s", within=NOT_NEGATIVE))
-    name: str = eqx.field(static=True, default="exponential_window", kw_only=True)
+    rate: Parameter = field(metadata=unit("1/s", within=NOT_NEGATIVE))
+    name: str = field(static=True, default="exponential_window", kw_only=True)
 
     def laplace(self, omega: Omega) -> Omega:
         """Return s / i = omega - i / tau."""

@@ -1,9 +1,6 @@
 """A bed of springs under a part of the structure."""
 
-import equinox as eqx
-
-from .over_extent import Extent, OverExtent
-from .prelude import NOT_NEGATIVE, Parameter, Scales, Spring, unit
+from .prelude import NOT_NEGATIVE, Extent, OverExtent, Parameter, Scales, Spring, field, unit
 
 
 class Foundation(OverExtent):
@@ -31,9 +28,9 @@ class Foundation(OverExtent):
     """
 
     absent = ("stiffness", 0.0)
-    extent: Extent = eqx.field(metadata=unit("m", within=NOT_NEGATIVE))
-    stiffness: Parameter = eqx.field(metadata=unit("N/m"))
-    name: str = eqx.field(static=True, default="foundation", kw_only=True)
+    extent: Extent = field(metadata=unit("m", within=NOT_NEGATIVE))
+    stiffness: Parameter = field(metadata=unit("N/m"))
+    name: str = field(static=True, default="foundation", kw_only=True)
 
     def network(self) -> Spring:
         """Return all of it."""

@@ -1,9 +1,7 @@
 """A mount of rubber, between a spring and a dashpot."""
 
-import equinox as eqx
-from numpyro.distributions import Uniform
-
-from .prelude import ORDER, POSITIVE, NetworkAttachment, Parameter, Scales, Springpot, at_each, unit
+from .._ranges import ORDER, POSITIVE
+from .prelude import NetworkAttachment, Parameter, Scales, Springpot, Uniform, at_each, field, unit
 
 
 class FractionalMount(NetworkAttachment):
@@ -28,10 +26,10 @@ class FractionalMount(NetworkAttachment):
 
     tried_by_default = False
     absent = ("stiffness", 0.0)
-    stiffness: Parameter = eqx.field(metadata=unit("N/m"))
-    order: Parameter = eqx.field(metadata=unit("1", within=ORDER))
-    frequency: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE))
-    name: str = eqx.field(static=True, default="fractional_mount", kw_only=True)
+    stiffness: Parameter = field(metadata=unit("N/m"))
+    order: Parameter = field(metadata=unit("1", within=ORDER))
+    frequency: Parameter = field(metadata=unit("Hz", within=POSITIVE))
+    name: str = field(static=True, default="fractional_mount", kw_only=True)
 
     def network(self) -> Springpot:
         """Return the springpot."""

@@ -2,11 +2,9 @@
 
 from collections.abc import Callable
 
-import equinox as eqx
-
 from .._types import Parameter, Receptance
-from .prelude import RELATIVE, Instruments, Number, Omega, OnTransducer, Scales, unit
-from .signed import log_uniform_of_either_sign
+from .instruments import Instruments, Number
+from .prelude import RELATIVE, Omega, OnTransducer, Scales, field, log_uniform_of_either_sign, unit
 
 
 class FrequencyDrift(OnTransducer):
@@ -37,8 +35,8 @@ class FrequencyDrift(OnTransducer):
     changes_modes = False
     absent = ("drift", 0.0)
     transducer: Number
-    drift: Parameter = eqx.field(metadata=unit("1", within=RELATIVE))
-    name: str = eqx.field(static=True, default="frequency_drift", kw_only=True)
+    drift: Parameter = field(metadata=unit("1", within=RELATIVE))
+    name: str = field(static=True, default="frequency_drift", kw_only=True)
 
     def evaluated(
         self, respond: Callable[[Omega], Receptance], omega: Omega, instruments: Instruments

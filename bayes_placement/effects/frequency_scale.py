@@ -1,9 +1,7 @@
 """A wrong sampling rate, which scales the axis of frequency."""
 
-import equinox as eqx
-
-from .prelude import RATE, InstrumentEffect, Omega, Parameter, Scales, unit
-from .signed import log_uniform_of_either_sign
+from .._types import Parameter
+from .prelude import RATE, InstrumentEffect, Omega, Scales, field, log_uniform_of_either_sign, unit
 
 
 class FrequencyScale(InstrumentEffect):
@@ -29,8 +27,8 @@ class FrequencyScale(InstrumentEffect):
     changes_modes = False
     absent = ("rate_error", 0.0)
     acts_on = "all_channels"
-    rate_error: Parameter = eqx.field(metadata=unit("1", within=RATE))
-    name: str = eqx.field(static=True, default="frequency_scale", kw_only=True)
+    rate_error: Parameter = field(metadata=unit("1", within=RATE))
+    name: str = field(static=True, default="frequency_scale", kw_only=True)
 
     def laplace(self, omega: Omega) -> Omega:
         """Return the true angular frequency [rad/s]."""

@@ -3,14 +3,13 @@
 import math
 from collections.abc import Mapping
 
-import equinox as eqx
 from numpyro.distributions import TransformedDistribution
 from numpyro.distributions.transforms import AffineTransform, ExpTransform
 
+from .instruments import Instruments, Number
 from .known_factors import known_factor
 from .on_transducer import OnTransducer, channels, sides_that_differ
-from .prelude import Factor, Instruments, Number, Omega, Parameter, Scales, unit
-from .signed import log_uniform_of_either_sign
+from .prelude import Factor, Omega, Parameter, Scales, field, log_uniform_of_either_sign, unit
 
 GREATEST = 2000.0
 """Greatest factor of a default prior: beyond 1000, as of a unit for its thousandfold."""
@@ -39,8 +38,8 @@ class GainError(OnTransducer):
 
     absent = ("error", 0.0)
     transducer: Number
-    error: Parameter = eqx.field(metadata=unit("1"))
-    name: str = eqx.field(static=True, default="gain_error", kw_only=True)
+    error: Parameter = field(metadata=unit("1"))
+    name: str = field(static=True, default="gain_error", kw_only=True)
 
     def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:
         """Return 1 + error on the wrong channels."""

@@ -1,12 +1,10 @@
 """A stop with clearance: a spring to the ground that is felt beyond a gap."""
 
-import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
-from numpyro.distributions import LogUniform
 
 from .amplitude_attachment import AmplitudeAttachment, circle_segment, limited_share, tried_places
-from .prelude import NOT_NEGATIVE, Omega, Parameter, Scales, at_each, unit
+from .prelude import NOT_NEGATIVE, LogUniform, Omega, Parameter, Scales, at_each, field, unit
 
 
 class Gap(AmplitudeAttachment):
@@ -39,9 +37,9 @@ class Gap(AmplitudeAttachment):
     tried_by_default = False
     changes_modes = False
     absent = ("stiffness", 0.0)
-    stiffness: Parameter = eqx.field(metadata=unit("N/m"))
-    clearance: Parameter = eqx.field(metadata=unit("m", within=NOT_NEGATIVE))
-    name: str = eqx.field(static=True, default="gap", kw_only=True)
+    stiffness: Parameter = field(metadata=unit("N/m"))
+    clearance: Parameter = field(metadata=unit("m", within=NOT_NEGATIVE))
+    name: str = field(static=True, default="gap", kw_only=True)
 
     def equivalent_stiffness(
         self, amplitude: Float[Array, "actuator frequency"], omega: Omega

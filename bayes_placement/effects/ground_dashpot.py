@@ -1,9 +1,6 @@
 """A viscous dashpot between one place of the structure and the ground."""
 
-import equinox as eqx
-from numpyro.distributions import LogUniform
-
-from .prelude import Dashpot, NetworkAttachment, Parameter, Scales, at_each, unit
+from .prelude import Dashpot, LogUniform, NetworkAttachment, Parameter, Scales, at_each, field, unit
 
 
 class GroundDashpot(NetworkAttachment):
@@ -26,8 +23,8 @@ class GroundDashpot(NetworkAttachment):
     """
 
     absent = ("viscosity", 0.0)
-    viscosity: Parameter = eqx.field(metadata=unit("N s/m"))
-    name: str = eqx.field(static=True, default="ground_dashpot", kw_only=True)
+    viscosity: Parameter = field(metadata=unit("N s/m"))
+    name: str = field(static=True, default="ground_dashpot", kw_only=True)
 
     def network(self) -> Dashpot:
         """Return the dashpot."""

@@ -1,11 +1,10 @@
 """A spring between one place of the structure and the ground."""
 
-import equinox as eqx
 import numpy as np
 from numpyro.distributions import Distribution
 
-from .effect import NetworkAttachment, at_each
-from .prelude import Parameter, Scales, Spring, negative_log_uniform, unit
+from .._types import Parameter
+from .prelude import NetworkAttachment, Scales, Spring, at_each, field, negative_log_uniform, unit
 
 
 class GroundSpring(NetworkAttachment):
@@ -31,8 +30,8 @@ class GroundSpring(NetworkAttachment):
 
     absent = ("stiffness", 0.0)
     if_negative = "less than assumed"
-    stiffness: Parameter = eqx.field(metadata=unit("N/m"))
-    name: str = eqx.field(static=True, default="ground_spring", kw_only=True)
+    stiffness: Parameter = field(metadata=unit("N/m"))
+    name: str = field(static=True, default="ground_spring", kw_only=True)
 
     def network(self) -> Spring:
         """Return the spring."""

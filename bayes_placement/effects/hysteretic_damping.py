@@ -1,11 +1,9 @@
 """Damping of the material, independent of frequency."""
 
-import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
-from numpyro.distributions import LogUniform
 
-from .prelude import SIGNED_LOSS_FACTOR, Modulus, Omega, Parameter, Scales, unit
+from .prelude import SIGNED_LOSS_FACTOR, LogUniform, Modulus, Omega, Parameter, Scales, field, unit
 
 
 class HystereticDamping(Modulus):
@@ -27,9 +25,9 @@ class HystereticDamping(Modulus):
     """
 
     absent = ("share", 0.0)
-    loss_factor: Parameter = eqx.field(metadata=unit("1", within=SIGNED_LOSS_FACTOR))
-    share: Parameter = eqx.field(metadata=unit("1"), default=1.0)
-    name: str = eqx.field(static=True, default="hysteretic_damping", kw_only=True)
+    loss_factor: Parameter = field(metadata=unit("1", within=SIGNED_LOSS_FACTOR))
+    share: Parameter = field(metadata=unit("1"), default=1.0)
+    name: str = field(static=True, default="hysteretic_damping", kw_only=True)
 
     def relative_modulus(self, omega: Omega) -> Complex[Array, "frequency"]:
         """Imaginary part eta of the modulus times the share, conjugate at negative frequencies."""

@@ -2,14 +2,12 @@
 
 from collections.abc import Sequence
 
-import equinox as eqx
-
 from .._sites import TURNS
 from ..modes.ports import MOTIONS, cut
 from ..modes.underlying import required_line
 from .effect import AtPlace, Omega, OnPorts, Stiffness, placed
 from .one_of import check_one_of
-from .prelude import Law, Modes, Parameter, PortLaw, Scales, coordinates, unit
+from .prelude import Law, Modes, Parameter, PortLaw, Scales, coordinates, field, unit
 
 
 class Inserted(AtPlace, OnPorts):
@@ -42,10 +40,10 @@ class Inserted(AtPlace, OnPorts):
     tried_by_default = False
     absent = ("strength", 0.0)
     acts_on = "cut"
-    law: Law = eqx.field(metadata={TURNS: lambda effect: effect.motion == "rotation"})
-    strength: Parameter = eqx.field(metadata=unit("1"), default=1.0)
-    motion: str = eqx.field(static=True, default="rotation", kw_only=True)
-    name: str = eqx.field(static=True, default="inserted", kw_only=True)
+    law: Law = field(metadata={TURNS: lambda effect: effect.motion == "rotation"})
+    strength: Parameter = field(metadata=unit("1"), default=1.0)
+    motion: str = field(static=True, default="rotation", kw_only=True)
+    name: str = field(static=True, default="inserted", kw_only=True)
 
     @property
     def kind(self) -> str:

@@ -3,16 +3,15 @@
 import math
 from typing import Any
 
-import equinox as eqx
 import jax.numpy as jnp
-from numpyro.distributions import LogUniform, Uniform
 
+from .._ranges import POSITIVE, SHARE_LOST
 from .._types import InputError, Parameter
 from ..modes.beams.uniform_line import UniformLine
 from ..modes.hinges import Hinge
 from ..modes.underlying import required_line, underlying_line
 from .effect import AtPlace, Hinged, placed
-from .prelude import POSITIVE, SHARE_LOST, Modes, Scales, negative_log_uniform, unit
+from .prelude import LogUniform, Modes, Scales, Uniform, field, negative_log_uniform, unit
 
 
 class LocalStiffnessLoss(AtPlace, Hinged):
@@ -43,9 +42,9 @@ class LocalStiffnessLoss(AtPlace, Hinged):
     absent = ("loss", 0.0)
     if_negative = "stiffer, not softer"
     acts_on = "cut"
-    extent: Parameter = eqx.field(metadata=unit("m", within=POSITIVE))
-    loss: Parameter = eqx.field(metadata=unit("1", within=SHARE_LOST))
-    name: str = eqx.field(static=True, default="local_stiffness_loss", kw_only=True)
+    extent: Parameter = field(metadata=unit("m", within=POSITIVE))
+    loss: Parameter = field(metadata=unit("1", within=SHARE_LOST))
+    name: str = field(static=True, default="local_stiffness_loss", kw_only=True)
 
     def on(self, modes: Modes) -> "LocalStiffnessLoss":
         """Return the effect placed on a bar or beam, a segment as the uniform prior over it."""

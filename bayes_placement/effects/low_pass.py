@@ -3,12 +3,11 @@
 import math
 from typing import Any
 
-import equinox as eqx
 import jax.numpy as jnp
-from numpyro.distributions import LogUniform
 
 from .._types import InputError, Parameter
-from .prelude import POSITIVE, Factor, Instruments, Number, Omega, OnTransducer, Scales, unit
+from .instruments import Instruments, Number
+from .prelude import POSITIVE, Factor, LogUniform, Omega, OnTransducer, Scales, field, unit
 
 
 class LowPass(OnTransducer):
@@ -40,9 +39,9 @@ class LowPass(OnTransducer):
 
     absent = ("frequency", math.inf)
     transducer: Number | None
-    frequency: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE))
-    order: int = eqx.field(static=True, default=1)
-    name: str = eqx.field(static=True, default="low_pass", kw_only=True)
+    frequency: Parameter = field(metadata=unit("Hz", within=POSITIVE))
+    order: int = field(static=True, default=1)
+    name: str = field(static=True, default="low_pass", kw_only=True)
 
     def __check_init__(self) -> None:
         if self.order not in (1, 2):

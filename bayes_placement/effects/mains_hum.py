@@ -2,15 +2,14 @@
 
 import math
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
-from numpyro.distributions import LogUniform, Uniform
 
 from .._ranges import ANGLE, NOT_NEGATIVE, POSITIVE
 from .._types import InputError, Parameter, Receptance
-from .prelude import Instruments, Number, Omega, OnTransducer, Scales, channels, unit
+from .instruments import Instruments, Number
+from .prelude import LogUniform, Omega, OnTransducer, Scales, Uniform, channels, field, unit
 
 MAINS = (50.0, 60.0)
 """Frequencies of the mains [Hz]."""
@@ -58,12 +57,12 @@ class MainsHum(OnTransducer):
     tried_by_default = False
     absent = ("share", 0.0)
     transducer: Number
-    share: Parameter = eqx.field(metadata=unit("1"))
-    phase: Parameter = eqx.field(metadata=unit("rad", within=ANGLE), default=0.0)
-    frequency: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE), default=50.0)
-    width: Parameter = eqx.field(metadata=unit("Hz", within=NOT_NEGATIVE), default=0.5)
-    quantity: str = eqx.field(static=True, default="acceleration", kw_only=True)
-    name: str = eqx.field(static=True, default="mains_hum", kw_only=True)
+    share: Parameter = field(metadata=unit("1"))
+    phase: Parameter = field(metadata=unit("rad", within=ANGLE), default=0.0)
+    frequency: Parameter = field(metadata=unit("Hz", within=POSITIVE), default=50.0)
+    width: Parameter = field(metadata=unit("Hz", within=NOT_NEGATIVE), default=0.5)
+    quantity: str = field(static=True, default="acceleration", kw_only=True)
+    name: str = field(static=True, default="mains_hum", kw_only=True)
 
     def __check_init__(self) -> None:
         if self.quantity not in QUANTITIES:

@@ -1,10 +1,7 @@
 """A mount that is stiff when moved fast and gives way when moved slowly."""
 
-import equinox as eqx
-from numpyro.distributions import LogUniform
-
 from .effect import NetworkAttachment, at_each
-from .prelude import POSITIVE, Dashpot, Law, Parameter, Scales, Spring, unit
+from .prelude import POSITIVE, Dashpot, Law, LogUniform, Parameter, Scales, Spring, field, unit
 
 
 class MaxwellMount(NetworkAttachment):
@@ -29,9 +26,9 @@ class MaxwellMount(NetworkAttachment):
 
     tried_by_default = False
     absent = ("stiffness", 0.0)
-    stiffness: Parameter = eqx.field(metadata=unit("N/m"))
-    relaxation_time: Parameter = eqx.field(metadata=unit("s", within=POSITIVE))
-    name: str = eqx.field(static=True, default="maxwell_mount", kw_only=True)
+    stiffness: Parameter = field(metadata=unit("N/m"))
+    relaxation_time: Parameter = field(metadata=unit("s", within=POSITIVE))
+    name: str = field(static=True, default="maxwell_mount", kw_only=True)
 
     def network(self) -> Law:
         """Return the spring and the dashpot, of unit stiffness times the stiffness."""

@@ -1,6 +1,5 @@
 """A tension in one member of a finite element frame."""
 
-import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Int
 
@@ -8,7 +7,7 @@ from ..modes.finite_elements.nodal_modes import NodalModes, nodal_of
 from ..modes.flexible_parts import StretchedMember
 from .axial_preload import preload_prior
 from .on_part import OnPart
-from .prelude import Instruments, Modes, Parameter, Scales, unit
+from .prelude import Instruments, Modes, Parameter, Scales, field, unit
 
 
 class MemberPreload(OnPart):
@@ -37,8 +36,8 @@ class MemberPreload(OnPart):
     part = "member"
     source = 'finite_elements.modes(..., members={"brace": geometric})'
     member: str | int | Int[Array | np.ndarray, ""]
-    tension: Parameter = eqx.field(metadata=unit("N"))
-    name: str = eqx.field(static=True, default="axial_preload", kw_only=True)
+    tension: Parameter = field(metadata=unit("N"))
+    name: str = field(static=True, default="axial_preload", kw_only=True)
 
     @staticmethod
     def names(nodal: NodalModes) -> tuple[str, ...]:

@@ -10,15 +10,14 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
-from numpyro.distributions import Uniform
 
-from .._sites import is_open
+from .._sites import is_open, is_unknown, unit
 from .._types import InputError, Parameter
 from ..positions.bounds import in_space
-from ..positions.places import Cartesian, Frame, coordinates
+from ..positions.places import Cartesian, Frame
 from ..positions.vectors import CartesianComponents, triple
 from . import _setting_words
-from .prelude import Instruments, Modes, Number, OfSide, Scales, is_unknown, unit
+from .prelude import Instruments, Modes, Number, OfSide, Scales, Uniform, coordinates, field
 
 Self = TypeVar("Self", bound="Misplaced")
 
@@ -116,10 +115,10 @@ class MisplacedSensor(Misplaced):
 
     side = "sensor"
     sensor: Number
-    shift: Parameter = eqx.field(metadata=unit("m"))
-    towards: tuple[Any, ...] = eqx.field(default=(), kw_only=True)
-    bearing: Parameter = eqx.field(metadata=unit("rad"), default=0.0, kw_only=True)
-    name: str = eqx.field(static=True, default="misplaced_sensor", kw_only=True)
+    shift: Parameter = field(metadata=unit("m"))
+    towards: tuple[Any, ...] = field(default=(), kw_only=True)
+    bearing: Parameter = field(metadata=unit("rad"), default=0.0, kw_only=True)
+    name: str = field(static=True, default="misplaced_sensor", kw_only=True)
 
 
 class MisplacedActuator(Misplaced):
@@ -146,10 +145,10 @@ class MisplacedActuator(Misplaced):
     changes_modes = False
     side = "actuator"
     actuator: Number
-    shift: Parameter = eqx.field(metadata=unit("m"))
-    towards: tuple[Any, ...] = eqx.field(default=(), kw_only=True)
-    bearing: Parameter = eqx.field(metadata=unit("rad"), default=0.0, kw_only=True)
-    name: str = eqx.field(static=True, default="misplaced_actuator", kw_only=True)
+    shift: Parameter = field(metadata=unit("m"))
+    towards: tuple[Any, ...] = field(default=(), kw_only=True)
+    bearing: Parameter = field(metadata=unit("rad"), default=0.0, kw_only=True)
+    name: str = field(static=True, default="misplaced_actuator", kw_only=True)
 
 
 def _anywhere(modes: Modes, recorded: Any) -> list[dict[str, Any]]:

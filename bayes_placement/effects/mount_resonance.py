@@ -3,12 +3,11 @@
 import math
 from typing import Any
 
-import equinox as eqx
 import jax.numpy as jnp
-from numpyro.distributions import LogUniform
 
 from .._ranges import POSITIVE, SHARE_OF_CRITICAL
-from .prelude import Factor, Instruments, Number, OfSide, Omega, Parameter, Scales, unit
+from .._types import Parameter
+from .prelude import Factor, Instruments, LogUniform, Number, OfSide, Omega, Scales, field, unit
 
 
 class MountResonance(OfSide):
@@ -36,9 +35,9 @@ class MountResonance(OfSide):
     absent = ("frequency", math.inf)
     side = "sensor"
     sensor: Number
-    frequency: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE))
-    damping_ratio: Parameter = eqx.field(metadata=unit("1", within=SHARE_OF_CRITICAL))
-    name: str = eqx.field(static=True, default="mount_resonance", kw_only=True)
+    frequency: Parameter = field(metadata=unit("Hz", within=POSITIVE))
+    damping_ratio: Parameter = field(metadata=unit("1", within=SHARE_OF_CRITICAL))
+    name: str = field(static=True, default="mount_resonance", kw_only=True)
 
     def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:
         """Return the transmission of the mount on the channels of the sensor."""

@@ -1,9 +1,6 @@
 """Any law spread over a part of the structure."""
 
-import equinox as eqx
-
-from .over_extent import Extent, OverExtent
-from .prelude import NOT_NEGATIVE, Law, Parameter, Scales, unit
+from .prelude import NOT_NEGATIVE, Extent, Law, OverExtent, Parameter, Scales, field, unit
 
 
 class Over(OverExtent):
@@ -31,10 +28,10 @@ class Over(OverExtent):
 
     tried_by_default = False
     absent = ("strength", 0.0)
-    extent: Extent = eqx.field(metadata=unit("m", within=NOT_NEGATIVE))
+    extent: Extent = field(metadata=unit("m", within=NOT_NEGATIVE))
     law: Law
-    strength: Parameter = eqx.field(metadata=unit("1"), default=1.0)
-    name: str = eqx.field(static=True, default="over", kw_only=True)
+    strength: Parameter = field(metadata=unit("1"), default=1.0)
+    name: str = field(static=True, default="over", kw_only=True)
 
     @property
     def kind(self) -> str:

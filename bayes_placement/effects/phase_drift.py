@@ -1,11 +1,10 @@
 """A phase error of one channel that varies slowly over the band."""
 
-import equinox as eqx
 import jax.numpy as jnp
-from numpyro.distributions import Uniform
 
+from .._ranges import ANGLE, POSITIVE
 from .on_transducer import OnTransducer, channels, sides_that_differ
-from .prelude import ANGLE, POSITIVE, Factor, Instruments, Number, Omega, Parameter, Scales, unit
+from .prelude import Factor, Instruments, Number, Omega, Parameter, Scales, Uniform, field, unit
 from .signed import log_uniform_of_either_sign
 
 
@@ -43,10 +42,10 @@ class PhaseDrift(OnTransducer):
     tried_by_default = False
     absent = ("phase", 0.0)
     transducer: Number
-    phase: Parameter = eqx.field(metadata=unit("rad", within=ANGLE))
-    reference: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE))
-    exponent: Parameter = eqx.field(metadata=unit("1"), default=0.0)
-    name: str = eqx.field(static=True, default="phase_drift", kw_only=True)
+    phase: Parameter = field(metadata=unit("rad", within=ANGLE))
+    reference: Parameter = field(metadata=unit("Hz", within=POSITIVE))
+    exponent: Parameter = field(metadata=unit("1"), default=0.0)
+    name: str = field(static=True, default="phase_drift", kw_only=True)
 
     def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:
         """Return exp(-i lag) on the channels that lag; the sign of f keeps it conjugate."""

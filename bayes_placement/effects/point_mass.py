@@ -1,9 +1,7 @@
 """A mass fixed to one place of the structure."""
 
-import equinox as eqx
-from numpyro.distributions import LogUniform
-
-from .prelude import Mass, NetworkAttachment, Parameter, Scales, negative_log_uniform, unit
+from .._types import Parameter
+from .prelude import LogUniform, Mass, NetworkAttachment, Scales, field, negative_log_uniform, unit
 
 
 class PointMass(NetworkAttachment):
@@ -29,8 +27,8 @@ class PointMass(NetworkAttachment):
 
     absent = ("mass", 0.0)
     if_negative = "removed"
-    mass: Parameter = eqx.field(metadata=unit("kg"))
-    name: str = eqx.field(static=True, default="point_mass", kw_only=True)
+    mass: Parameter = field(metadata=unit("kg"))
+    name: str = field(static=True, default="point_mass", kw_only=True)
 
     def network(self) -> Mass:
         """Return the mass."""

@@ -2,6 +2,9 @@
 
 # ruff: noqa: F401
 
+from equinox import field
+from numpyro.distributions import LogUniform, Uniform
+
 from .._ranges import (
     ANGLE,
     DELAY,

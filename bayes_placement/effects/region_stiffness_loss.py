@@ -1,15 +1,13 @@
 """A region of a finite element model that has lost stiffness."""
 
-import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Int
-from numpyro.distributions import LogUniform
 
+from .._ranges import SHARE_LOST
 from ..modes.finite_elements.nodal_modes import NodalModes, nodal_of
 from ..modes.flexible_parts import WeakenedRegion
 from .on_part import OnPart
-from .prelude import SHARE_LOST, Modes, Parameter, Scales, unit
-from .signed import negative_log_uniform
+from .prelude import LogUniform, Modes, Parameter, Scales, field, negative_log_uniform, unit
 
 
 class RegionStiffnessLoss(OnPart):
@@ -40,8 +38,8 @@ class RegionStiffnessLoss(OnPart):
     acts_on = "region"
     part = "region"
     region: str | int | Int[Array | np.ndarray, ""]
-    loss: Parameter = eqx.field(metadata=unit("1", within=SHARE_LOST))
-    name: str = eqx.field(static=True, default="local_stiffness_loss", kw_only=True)
+    loss: Parameter = field(metadata=unit("1", within=SHARE_LOST))
+    name: str = field(static=True, default="local_stiffness_loss", kw_only=True)
 
     @staticmethod
     def names(nodal: NodalModes) -> tuple[str, ...]:

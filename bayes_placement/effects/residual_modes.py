@@ -2,14 +2,14 @@
 
 from typing import Any
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import Normal
 
+from .._sites import is_unknown, unit
 from .._types import InputError, Parameter
-from .prelude import OF_CHANNELS, InstrumentEffect, Instruments, Omega, Scales, is_unknown, unit
+from .prelude import OF_CHANNELS, InstrumentEffect, Instruments, Omega, Scales, field
 
 
 class ResidualModes(InstrumentEffect):
@@ -32,8 +32,8 @@ class ResidualModes(InstrumentEffect):
 
     changes_modes = False
     absent = ("flexibility", 0.0)
-    flexibility: Parameter = eqx.field(metadata=unit("m/N") | {OF_CHANNELS: True})
-    name: str = eqx.field(static=True, default="residual_modes", kw_only=True)
+    flexibility: Parameter = field(metadata=unit("m/N") | {OF_CHANNELS: True})
+    name: str = field(static=True, default="residual_modes", kw_only=True)
 
     def numbered(self, instruments: Instruments) -> "ResidualModes":
         """Return the effect as it is."""

@@ -1,9 +1,7 @@
 """A hit, an exciter or a single channel whose axis points the other way."""
 
-import equinox as eqx
-
 from .on_transducer import OnTransducer, channels, sides_that_differ
-from .prelude import Factor, Instruments, Number, Omega, Parameter, Scales, unit
+from .prelude import Factor, Instruments, Number, Omega, Parameter, Scales, field, unit
 
 
 class ReversedChannel(OnTransducer):
@@ -28,8 +26,8 @@ class ReversedChannel(OnTransducer):
 
     absent = ("share", 0.0)
     transducer: Number
-    share: Parameter = eqx.field(metadata=unit("1"), default=1.0)
-    name: str = eqx.field(static=True, default="reversed_channel", kw_only=True)
+    share: Parameter = field(metadata=unit("1"), default=1.0)
+    name: str = field(static=True, default="reversed_channel", kw_only=True)
 
     def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:
         """Return the sign of the reversed channels."""

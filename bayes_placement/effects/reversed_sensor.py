@@ -1,8 +1,6 @@
 """A sensor whose axis points the other way."""
 
-import equinox as eqx
-
-from .prelude import Factor, Instruments, Number, OfSide, Omega, Parameter, Scales, unit
+from .prelude import Factor, Instruments, Number, OfSide, Omega, Parameter, Scales, field, unit
 
 
 class ReversedSensor(OfSide):
@@ -25,8 +23,8 @@ class ReversedSensor(OfSide):
     absent = ("share", 0.0)
     side = "sensor"
     sensor: Number
-    share: Parameter = eqx.field(metadata=unit("1"), default=1.0)
-    name: str = eqx.field(static=True, default="reversed_sensor", kw_only=True)
+    share: Parameter = field(metadata=unit("1"), default=1.0)
+    name: str = field(static=True, default="reversed_sensor", kw_only=True)
 
     def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:
         """Return the sign of the sensor's channels."""

@@ -1,10 +1,7 @@
 """A rotary inertia fixed to one place of the structure."""
 
-import equinox as eqx
-from numpyro.distributions import LogUniform
-
-from .on_rotation import Footprint, OnRotation, bending_scale
-from .prelude import Mass, Parameter, Scales, unit
+from .._types import Parameter
+from .prelude import Footprint, LogUniform, Mass, OnRotation, Scales, bending_scale, field, unit
 
 
 class RotaryInertia(OnRotation):
@@ -30,9 +27,9 @@ class RotaryInertia(OnRotation):
 
     absent = ("inertia", 0.0)
     if_negative = "removed"
-    inertia: Parameter = eqx.field(metadata=unit("kg m2"))
-    footprint: Footprint = eqx.field(default=None, kw_only=True)
-    name: str = eqx.field(static=True, default="rotary_inertia", kw_only=True)
+    inertia: Parameter = field(metadata=unit("kg m2"))
+    footprint: Footprint = field(default=None, kw_only=True)
+    name: str = field(static=True, default="rotary_inertia", kw_only=True)
 
     def network(self) -> Mass:
         """Return the inertia."""

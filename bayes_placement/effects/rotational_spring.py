@@ -1,10 +1,7 @@
 """A spring that holds the rotation of the structure at one place."""
 
-import equinox as eqx
-from numpyro.distributions import LogUniform
-
-from .on_rotation import Footprint, OnRotation, bending_scale
-from .prelude import Parameter, Scales, Spring, unit
+from .._types import Parameter
+from .prelude import Footprint, LogUniform, OnRotation, Scales, Spring, bending_scale, field, unit
 
 
 class RotationalSpring(OnRotation):
@@ -29,9 +26,9 @@ class RotationalSpring(OnRotation):
     """
 
     absent = ("stiffness", 0.0)
-    stiffness: Parameter = eqx.field(metadata=unit("N m/rad"))
-    footprint: Footprint = eqx.field(default=None, kw_only=True)
-    name: str = eqx.field(static=True, default="rotational_spring", kw_only=True)
+    stiffness: Parameter = field(metadata=unit("N m/rad"))
+    footprint: Footprint = field(default=None, kw_only=True)
+    name: str = field(static=True, default="rotational_spring", kw_only=True)
 
     def network(self) -> Spring:
         """Return the spring."""

@@ -1,10 +1,7 @@
 """A mass spread over a part of the structure."""
 
-import equinox as eqx
-from numpyro.distributions import LogUniform
-
-from .over_extent import Extent, OverExtent
-from .prelude import NOT_NEGATIVE, Mass, Parameter, Scales, unit
+from .._ranges import NOT_NEGATIVE
+from .prelude import Extent, LogUniform, Mass, OverExtent, Parameter, Scales, field, unit
 
 
 class SegmentMass(OverExtent):
@@ -29,9 +26,9 @@ class SegmentMass(OverExtent):
     """
 
     absent = ("mass", 0.0)
-    extent: Extent = eqx.field(metadata=unit("m", within=NOT_NEGATIVE))
-    mass: Parameter = eqx.field(metadata=unit("kg"))
-    name: str = eqx.field(static=True, default="segment_mass", kw_only=True)
+    extent: Extent = field(metadata=unit("m", within=NOT_NEGATIVE))
+    mass: Parameter = field(metadata=unit("kg"))
+    name: str = field(static=True, default="segment_mass", kw_only=True)
 
     def network(self) -> Mass:
         """Return all of it."""

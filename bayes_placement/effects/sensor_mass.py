@@ -1,9 +1,6 @@
 """Mass that each sensor adds to the structure."""
 
-import equinox as eqx
-from numpyro.distributions import LogUniform
-
-from .prelude import InstrumentEffect, Omega, Parameter, Scales, Stiffness, unit
+from .prelude import InstrumentEffect, LogUniform, Omega, Parameter, Scales, Stiffness, field, unit
 
 
 class SensorMass(InstrumentEffect):
@@ -26,8 +23,8 @@ class SensorMass(InstrumentEffect):
 
     absent = ("mass", 0.0)
     loads = ("sensor",)
-    mass: Parameter = eqx.field(metadata=unit("kg"))
-    name: str = eqx.field(static=True, default="sensor_mass", kw_only=True)
+    mass: Parameter = field(metadata=unit("kg"))
+    name: str = field(static=True, default="sensor_mass", kw_only=True)
 
     def load(self, side: str, number: int, omega: Omega) -> Stiffness:
         """Dynamic stiffness -omega^2 m [N/m], the same for every sensor."""

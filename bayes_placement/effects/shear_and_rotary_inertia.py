@@ -1,14 +1,12 @@
 """Timoshenko's beam in the place of Euler's and Bernoulli's."""
 
-import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
-from numpyro.distributions import LogUniform
 
 from ..modes.beams.beams import UniformBeam
 from ..modes.changed import ChangedModes, changed, over_changed_modes
 from ..modes.underlying import required_beam
-from .prelude import POSITIVE, GlobalChange, Modes, Parameter, Scales, unit
+from .prelude import POSITIVE, GlobalChange, LogUniform, Modes, Parameter, Scales, field, unit
 
 
 class ShearAndRotaryInertia(GlobalChange):
@@ -36,9 +34,9 @@ class ShearAndRotaryInertia(GlobalChange):
     absent = ("share", 0.0)
     in_every_structure = True
     may_be_new = False
-    modulus_ratio: Parameter = eqx.field(metadata=unit("1", within=POSITIVE), default=3.12)
-    share: Parameter = eqx.field(metadata=unit("1"), default=1.0)
-    name: str = eqx.field(static=True, default="shear_and_rotary_inertia", kw_only=True)
+    modulus_ratio: Parameter = field(metadata=unit("1", within=POSITIVE), default=3.12)
+    share: Parameter = field(metadata=unit("1"), default=1.0)
+    name: str = field(static=True, default="shear_and_rotary_inertia", kw_only=True)
 
     def on(self, modes: Modes) -> "ShearAndRotaryInertia":
         """Return the effect as it is, on a uniform beam."""

@@ -2,17 +2,15 @@
 
 import dataclasses
 
-import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Int
-from numpyro.distributions import LogUniform
 
 from ..modes.finite_elements.nodal_modes import NodalModes
 from ..modes.finite_elements.soft_supports import ANY_UNIT
 from ..modes.flexible_parts import SoftenedSupport
 from ..modes.underlying import underlying_nodal_modes
 from .on_part import OnPart
-from .prelude import Modes, Parameter, Scales, unit
+from .prelude import LogUniform, Modes, Parameter, Scales, field, unit
 
 SOFTEST, STIFFEST = 10.0, 1e-6
 """Compliance over that of the structure in the softest pattern of the support: the prior."""
@@ -51,9 +49,9 @@ class SoftSupport(OnPart):
     part = "support"
     source = 'finite_elements.modes(..., soft={"foot": soft_supports.rotations(matrices, node)})'
     support: str | int | Int[Array | np.ndarray, ""]
-    compliance: Parameter = eqx.field(metadata=unit(_unit))
-    compliance_unit: str = eqx.field(static=True, default=ANY_UNIT, kw_only=True, repr=False)
-    name: str = eqx.field(static=True, default="compliant_support", kw_only=True)
+    compliance: Parameter = field(metadata=unit(_unit))
+    compliance_unit: str = field(static=True, default=ANY_UNIT, kw_only=True, repr=False)
+    name: str = field(static=True, default="compliant_support", kw_only=True)
 
     @staticmethod
     def names(nodal: NodalModes) -> tuple[str, ...]:

@@ -1,11 +1,9 @@
 """A stinger that holds the structure where an exciter drives it."""
 
-import equinox as eqx
 import jax.numpy as jnp
-from numpyro.distributions import LogUniform
 
-from .instrument_effect import InstrumentEffect
-from .prelude import POSITIVE, SHARE_OF_CRITICAL, Omega, Parameter, Scales, Stiffness, unit
+from .._ranges import POSITIVE, SHARE_OF_CRITICAL
+from .prelude import InstrumentEffect, LogUniform, Omega, Parameter, Scales, Stiffness, field, unit
 
 
 class Stinger(InstrumentEffect):
@@ -32,10 +30,10 @@ class Stinger(InstrumentEffect):
     changes_modes = False
     absent = ("stiffness", 0.0)
     loads = ("actuator",)
-    stiffness: Parameter = eqx.field(metadata=unit("N/m"))
-    frequency: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE))
-    damping_ratio: Parameter = eqx.field(metadata=unit("1", within=SHARE_OF_CRITICAL))
-    name: str = eqx.field(static=True, default="stinger", kw_only=True)
+    stiffness: Parameter = field(metadata=unit("N/m"))
+    frequency: Parameter = field(metadata=unit("Hz", within=POSITIVE))
+    damping_ratio: Parameter = field(metadata=unit("1", within=SHARE_OF_CRITICAL))
+    name: str = field(static=True, default="stinger", kw_only=True)
 
     def load(self, side: str, number: int, omega: Omega) -> Stiffness:
         """Dynamic stiffness k + i omega c - omega^2 m [N/m], the same for every exciter."""

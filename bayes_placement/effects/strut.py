@@ -2,12 +2,11 @@
 
 from typing import Any
 
-import equinox as eqx
 import jax.numpy as jnp
 
 from ..modes.ports import difference
 from .effect import NetworkAttachment, Place, placed
-from .prelude import Law, Modes, Parameter, Points, Scales, Spring, coordinates, unit
+from .prelude import Law, Modes, Parameter, Points, Scales, Spring, coordinates, field, unit
 
 
 class Strut(NetworkAttachment):
@@ -38,10 +37,10 @@ class Strut(NetworkAttachment):
     absent = ("strength", 0.0)
     acts_on = "relative"
     place_fields = ("at", "to")
-    to: Place = eqx.field(metadata=unit("m"))
+    to: Place = field(metadata=unit("m"))
     law: Law
-    strength: Parameter = eqx.field(metadata=unit("1"), default=1.0)
-    name: str = eqx.field(static=True, default="strut", kw_only=True)
+    strength: Parameter = field(metadata=unit("1"), default=1.0)
+    name: str = field(static=True, default="strut", kw_only=True)
 
     @property
     def kind(self) -> str:

@@ -11,7 +11,7 @@ from jaxtyping import Array, Int
 
 from .._types import InputError, Parameter, Receptance
 from .instrument_effect import Alone
-from .prelude import Instruments, Modes, Number, OfSide, Omega, Scales, unit
+from .prelude import Instruments, Modes, Number, OfSide, Omega, Scales, field, unit
 
 Self = TypeVar("Self", bound="Swapped")
 
@@ -112,8 +112,8 @@ class SwappedSensors(Swapped):
     side = "sensor"
     sensor: Number
     other: Number
-    share: Parameter = eqx.field(metadata=unit("1"), default=1.0)
-    name: str = eqx.field(static=True, default="swapped_sensors", kw_only=True)
+    share: Parameter = field(metadata=unit("1"), default=1.0)
+    name: str = field(static=True, default="swapped_sensors", kw_only=True)
 
 
 class SwappedActuators(Swapped):
@@ -138,5 +138,5 @@ class SwappedActuators(Swapped):
     side = "actuator"
     actuator: Number
     other: Number
-    share: Parameter = eqx.field(metadata=unit("1"), default=1.0)
-    name: str = eqx.field(static=True, default="swapped_actuators", kw_only=True)
+    share: Parameter = field(metadata=unit("1"), default=1.0)
+    name: str = field(static=True, default="swapped_actuators", kw_only=True)

@@ -1,11 +1,11 @@
 """A delay of all sensor channels against the force."""
 
-import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import Distribution
 
-from .prelude import DELAY, Factor, InstrumentEffect, Instruments, Omega, Parameter, Scales, unit
-from .signed import log_uniform_of_either_sign
+from .._ranges import DELAY
+from .instrument_effect import Factor, InstrumentEffect
+from .prelude import Instruments, Omega, Parameter, Scales, field, log_uniform_of_either_sign, unit
 
 
 class TimeDelay(InstrumentEffect):
@@ -26,8 +26,8 @@ class TimeDelay(InstrumentEffect):
     changes_modes = False
     absent = ("delay", 0.0)
     acts_on = "all_channels"
-    delay: Parameter = eqx.field(metadata=unit("s", within=DELAY))
-    name: str = eqx.field(static=True, default="time_delay", kw_only=True)
+    delay: Parameter = field(metadata=unit("s", within=DELAY))
+    name: str = field(static=True, default="time_delay", kw_only=True)
 
     def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:
         """Return exp(-i omega tau)."""

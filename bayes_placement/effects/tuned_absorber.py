@@ -1,12 +1,10 @@
 """A tuned mass damper on one place of the structure."""
 
-import equinox as eqx
 import jax.numpy as jnp
-from numpyro.distributions import LogUniform
 
 from .._ranges import POSITIVE, SHARE_OF_CRITICAL
-from .effect import NetworkAttachment, at_each
-from .prelude import Dashpot, Law, Mass, Parameter, Scales, Spring, unit
+from ..laws import Dashpot, Law, Mass, Spring
+from .prelude import LogUniform, NetworkAttachment, Parameter, Scales, at_each, field, unit
 
 
 class TunedAbsorber(NetworkAttachment):
@@ -32,10 +30,10 @@ class TunedAbsorber(NetworkAttachment):
     """
 
     absent = ("mass", 0.0)
-    mass: Parameter = eqx.field(metadata=unit("kg"))
-    frequency: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE))
-    damping_ratio: Parameter = eqx.field(metadata=unit("1", within=SHARE_OF_CRITICAL))
-    name: str = eqx.field(static=True, default="tuned_absorber", kw_only=True)
+    mass: Parameter = field(metadata=unit("kg"))
+    frequency: Parameter = field(metadata=unit("Hz", within=POSITIVE))
+    damping_ratio: Parameter = field(metadata=unit("1", within=SHARE_OF_CRITICAL))
+    name: str = field(static=True, default="tuned_absorber", kw_only=True)
 
     def network(self) -> Law:
         """Return the mass on a spring and a dashpot, of one kilogram times the mass."""

@@ -2,11 +2,9 @@
 
 import math
 
-import equinox as eqx
 from jaxtyping import Array, Complex
-from numpyro.distributions import LogUniform
 
-from .prelude import POSITIVE, Modulus, Omega, Parameter, Scales, unit
+from .prelude import POSITIVE, LogUniform, Modulus, Omega, Parameter, Scales, field, unit
 
 
 class ViscoelasticModulus(Modulus):
@@ -29,9 +27,9 @@ class ViscoelasticModulus(Modulus):
     """
 
     absent = ("relaxing", 0.0)
-    relaxing: Parameter = eqx.field(metadata=unit("1"))
-    relaxation_time: Parameter = eqx.field(metadata=unit("s", within=POSITIVE))
-    name: str = eqx.field(static=True, default="viscoelastic_modulus", kw_only=True)
+    relaxing: Parameter = field(metadata=unit("1"))
+    relaxation_time: Parameter = field(metadata=unit("s", within=POSITIVE))
+    name: str = field(static=True, default="viscoelastic_modulus", kw_only=True)
 
     def relative_modulus(self, omega: Omega) -> Complex[Array, "frequency"]:
         """Relaxing part, delta i omega tau / (1 + i omega tau) [1]."""
