@@ -1,13 +1,52 @@
-"""Any law attached to one place of the structure."""
+"""Any law attached to one place of the structure, and what all effects of a given law share."""
+
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import equinox as eqx
 
 from .._sites import TURNS, unit
+from .._types import InputError, shown
 from ..modes.ports import MOTIONS, rotation
+from .effect import Effect, NetworkAttachment, StructureEffect
 from .on_rotation import Footprint, check_rotation
-from .one_of import check_one_of
-from .prelude import Law, Modes, NetworkAttachment, Parameter, Points, Scales, coordinates, field
+from .prelude import Law, Modes, Parameter, Points, Scales, coordinates, field
 
 
-class Attached(NetworkAttachment):
+class GivenLaw(StructureEffect):
+    """An effect whose law the user gives, times a strength."""
+
+    tried_by_default: ClassVar[bool] = False
+    absent: ClassVar[tuple[str, float]] = ("strength", 0.0)
+    law: eqx.AbstractVar[Law]
+    strength: eqx.AbstractVar[Parameter]
+
+    @property
+    def kind(self) -> str:
+        """Name of its kind, which is that of the network."""
+        return f"{type(self).name}: {self.law.in_words()}"
+
+    def network(self) -> Law:
+        """Return the law, scaled."""
+        return self.strength * self.law
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence[Effect]:
+        """Return none: the law is the user's."""
+        return []
+
+
+def check_motion(effect: Any, motions: Sequence[str]) -> None:
+    """Refuse a word that is no motion of the structure."""
+    if effect.motion not in motions:
+        raise InputError(
+            f'Effect "{effect.name}": motion={shown(effect.motion)} was given; '
+            f"{' or '.join(repr(word) for word in motions)} is needed, since the structure has no "
+            f'other here: motion="{motions[0]}".'
+        )
+
+
+class Attached(GivenLaw, NetworkAttachment):
     """A law between one place of the structure and the ground, on its displacement or rotation.
 
     Parameters
@@ -32,8 +71,6 @@ class Attached(NetworkAttachment):
     'structure.effects.mount.law.parts.2.viscosity'
     """
 
-    tried_by_default = False
-    absent = ("strength", 0.0)
     law: Law = field(metadata={TURNS: lambda effect: effect.motion == "rotation"})
     strength: Parameter = field(metadata=unit("1"), default=1.0)
     motion: str = field(static=True, default="displacement", kw_only=True)
@@ -47,13 +84,13 @@ class Attached(NetworkAttachment):
         return f"attached{motion}: {self.law.in_words()}"
 
     @property
-    def acts_on(self) -> str:
-        """What it acts on, as a result says it."""
+    def acts_on(self) -> str:  # type: ignore[override]
+        """The motion."""
         return self.motion
 
     def on(self, modes: Modes) -> "Attached":
         """Return the effect placed on a structure that has this motion."""
-        check_one_of(self, "motion", MOTIONS)
+        check_motion(self, MOTIONS)
         if self.motion == "rotation":
             check_rotation(self.footprint, self.direction, modes)
         return NetworkAttachment.on(self, modes)
@@ -63,12 +100,3 @@ class Attached(NetworkAttachment):
         if self.motion == "displacement":
             return NetworkAttachment.points(self, modes)
         return rotation(coordinates(self.at), self.footprint, self.direction, modes)
-
-    def network(self) -> Law:
-        """Return the law, scaled."""
-        return self.strength * self.law
-
-    @classmethod
-    def suggest(cls, scales: Scales) -> list["Attached"]:
-        """Return none: the law is yours."""
-        return []

@@ -16,6 +16,7 @@ from ..modes.flexible_parts import FlexiblePart
 from ..modes.hinges import Hinge
 from ..modes.modes import Modes
 from ..modes.points import Points, along
+from ..modes.ports import PortLaw
 from ..modes.scalars import check_scalar
 from ..positions import at as _at
 from ..positions.names import printable_name
@@ -27,7 +28,6 @@ from ..positions.vectors import Recorded
 from . import _setting_words
 from ._directions import check_direction
 from .instruments import Instruments
-from .port_law import PortLaw
 from .scales import Axis, Scales
 
 Omega: TypeAlias = Inexact[Array, "frequency"]
@@ -68,6 +68,9 @@ class Effect(eqx.Module):
         Names of the fields that say where the effect is; none where it has no place of its own.
     changes_modes
         Whether natural frequencies, damping ratios or real shapes show it.
+    acts_on
+        What it acts on, as a result says it: `displacement`, `rotation`, `body`, `relative`,
+        `region`, `cut`, `channel`, `all_channels` or `structure`.
     tried_by_default
         Whether a library in which no kinds are named has it; by its name it is in any.
     tried_last
@@ -93,6 +96,7 @@ class Effect(eqx.Module):
     absent: eqx.AbstractClassVar[tuple[str, float]]
     place_fields: ClassVar[tuple[str, ...]] = ()
     changes_modes: ClassVar[bool] = True
+    acts_on: ClassVar[str] = "structure"
     tried_by_default: ClassVar[bool] = True
     tried_last: ClassVar[bool] = False
     in_every_structure: ClassVar[bool] = False
@@ -100,15 +104,6 @@ class Effect(eqx.Module):
     may_be_new: ClassVar[bool] = True
     if_negative: ClassVar[str] = ""
     name: eqx.AbstractVar[str]
-
-    @property
-    def acts_on(self) -> str:
-        """What it acts on, as a result says it.
-
-        `displacement`, `rotation`, `body`, `relative`, `region`, `cut`, `channel`, `all_channels`
-        or `structure`.
-        """
-        return "structure"
 
     @property
     def kind(self) -> str:
@@ -123,13 +118,7 @@ class Effect(eqx.Module):
     @classmethod
     @abc.abstractmethod
     def suggest(cls, scales: Scales) -> Sequence["Effect"]:
-        """Variants to be tried on an experiment, with priors scaled to its structure.
-
-        Parameters
-        ----------
-        scales
-            Sizes of the structure and its instruments.
-        """
+        """Variants to be tried on an experiment, with priors scaled to its structure."""
 
     def __check_init__(self) -> None:
         printable_name("An effect of the name", self.name)
@@ -144,13 +133,7 @@ class Effect(eqx.Module):
                     check_scalar(field.name, value)
 
     def on(self: Self, modes: Modes) -> Self:
-        """Return the effect placed on a structure; without a place it stays as it is.
-
-        Raises
-        ------
-        InputError
-            If it does not fit the structure, which is of another kind or lacks the part or place.
-        """
+        """Return the effect placed on a structure, or refuse one that it does not fit."""
         return self
 
     def location(self, modes: Modes, instruments: Instruments) -> Location | None:
@@ -158,13 +141,6 @@ class Effect(eqx.Module):
 
         An effect on a part of the structure is at the centre of the part, if that is known; an
         effect on a sensor is where the sensor was recorded.
-
-        Parameters
-        ----------
-        modes
-            Modes of the structure.
-        instruments
-            Sensors and actuators of the experiment.
         """
         return None
 
@@ -172,24 +148,11 @@ class Effect(eqx.Module):
         """Say which place, sensor or part of the structure it acts on, as in `sensor s3`.
 
         Empty where there is only one. Unknown places are parameters and not part of it.
-
-        Parameters
-        ----------
-        modes
-            Modes of the structure.
-        instruments
-            Sensors and actuators of the experiment.
         """
         return ""
 
     def remark(self, estimates: Mapping[str, tuple[float, float]]) -> str:
-        """Say what estimates of its numbers mean: a strength below zero, or mostly nothing.
-
-        Parameters
-        ----------
-        estimates
-            Mean and standard deviation of its unknowns, by field.
-        """
+        """Say what mean and deviation of its numbers mean: a strength below zero, or nothing."""
         mean, _ = estimates.get(self.absent[0], (0.0, 0.0))
         return self.if_negative if mean < 0 else ""
 
@@ -201,6 +164,7 @@ class StructureEffect(Effect):
 class AtPlace(StructureEffect):
     """An effect at one place of the structure, along one direction or in every one."""
 
+    acts_on: ClassVar[str] = "displacement"
     place_fields: ClassVar[tuple[str, ...]] = ("at",)
     at: Place = eqx.field(metadata=unit("m"))
 
@@ -208,11 +172,6 @@ class AtPlace(StructureEffect):
     def direction(self) -> Direction:
         """Direction in which it acts; None for every one in which the structure moves."""
         return None
-
-    @property
-    def acts_on(self) -> str:
-        """What it acts on, as a result says it."""
-        return "displacement"
 
     def on(self: SelfAtPlace, modes: Modes) -> SelfAtPlace:
         """Return the effect placed on a structure, a tolerance region as the uniform prior."""
@@ -247,14 +206,7 @@ class OnPorts(StructureEffect):
     def port_laws(self, modes: Modes, modulus: Stiffness, omega: Omega) -> Sequence[PortLaw]:
         """Ports that it acts on, and the law on each.
 
-        Parameters
-        ----------
-        modes
-            Modes of the structure proper.
-        modulus
-            Modulus of the structure with its loss, over that as drawn, at each line [1].
-        omega
-            Angular frequencies [rad/s].
+        The modulus is that of the structure with its loss, over that as drawn, at each line [1].
         """
 
     def uncertain_ports(self, modes: Modes) -> int:

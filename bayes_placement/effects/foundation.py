@@ -1,6 +1,7 @@
 """A bed of springs under a part of the structure."""
 
-from .prelude import NOT_NEGATIVE, Extent, OverExtent, Parameter, Scales, Spring, field, unit
+from .over import Extent, OverExtent
+from .prelude import NOT_NEGATIVE, Parameter, Scales, Spring, field, unit
 
 
 class Foundation(OverExtent):

@@ -5,12 +5,12 @@ from collections.abc import Sequence
 from .._sites import TURNS
 from ..modes.ports import MOTIONS, cut
 from ..modes.underlying import required_line
+from .attached import GivenLaw, check_motion
 from .effect import AtPlace, Omega, OnPorts, Stiffness, placed
-from .one_of import check_one_of
-from .prelude import Law, Modes, Parameter, PortLaw, Scales, coordinates, field, unit
+from .prelude import Law, Modes, Parameter, PortLaw, coordinates, field, unit
 
 
-class Inserted(AtPlace, OnPorts):
+class Inserted(GivenLaw, AtPlace, OnPorts):
     """A law between the two sides of a cut: a hinge with losses, a crack, a soft or lossy support.
 
     The structure opens the cut against it. Its compliance times the strength is what is inserted,
@@ -37,24 +37,17 @@ class Inserted(AtPlace, OnPorts):
     'structure.effects.sleeve.law.loss_factor'
     """
 
-    tried_by_default = False
-    absent = ("strength", 0.0)
     acts_on = "cut"
     law: Law = field(metadata={TURNS: lambda effect: effect.motion == "rotation"})
     strength: Parameter = field(metadata=unit("1"), default=1.0)
     motion: str = field(static=True, default="rotation", kw_only=True)
     name: str = field(static=True, default="inserted", kw_only=True)
 
-    @property
-    def kind(self) -> str:
-        """Name of its kind, which is that of the network."""
-        return f"inserted: {self.law.in_words()}"
-
     def on(self, modes: Modes) -> "Inserted":
         """Return the effect placed on a uniform bar or beam, cut or not."""
-        check_one_of(self, "motion", MOTIONS)
+        check_motion(self, MOTIONS)
         line = required_line(modes, "inserted", "Use soft_support or region_stiffness_loss.")
-        check_one_of(self, "motion", MOTIONS[:1] if line.half_order == 1 else MOTIONS)
+        check_motion(self, MOTIONS[:1] if line.half_order == 1 else MOTIONS)
         return placed(self, modes)
 
     def port_laws(self, modes: Modes, modulus: Stiffness, omega: Omega) -> Sequence[PortLaw]:
@@ -62,8 +55,3 @@ class Inserted(AtPlace, OnPorts):
         numerator, denominator = self.law.fraction(omega)
         compliance = -self.strength * denominator * modulus**2
         return [PortLaw(cut(coordinates(self.at), self.motion, modes), compliance, numerator)]
-
-    @classmethod
-    def suggest(cls, scales: Scales) -> list["Inserted"]:
-        """Return none: the law is yours."""
-        return []

@@ -59,21 +59,11 @@ class InstrumentEffect(Effect):
     'frequency_scale', 'mains_hum']
     """
 
+    acts_on: ClassVar[str] = "channel"
     loads: ClassVar[tuple[str, ...]] = ()
 
-    @property
-    def acts_on(self) -> str:
-        """What it acts on, as a result says it."""
-        return "channel"
-
     def numbered(self: Self, instruments: Instruments) -> Self:
-        """Return the effect with its transducers by their number.
-
-        Raises
-        ------
-        InputError
-            If the experiment does not have them, or they do not fit the effect.
-        """
+        """Return the effect with its transducers by number, or refuse those that do not fit."""
         return self
 
     def alone(self, instruments: Instruments) -> Alone | None:
@@ -90,14 +80,7 @@ class InstrumentEffect(Effect):
     def load(self, side: str, number: int, omega: Omega) -> Stiffness:
         """Dynamic stiffness [N/m] that a transducer brings to the structure, in every direction.
 
-        Parameters
-        ----------
-        side
-            `sensor` or `actuator`.
-        number
-            Number of the transducer among those of its side, from 0.
-        omega
-            Angular frequencies [rad/s].
+        It is told by its number among those of its side, `sensor` or `actuator`, from 0.
         """
         return jnp.zeros(omega.shape)
 
@@ -110,14 +93,7 @@ class InstrumentEffect(Effect):
     ) -> Receptance:
         """Receptance [m/N] that the structure had while it was recorded.
 
-        Parameters
-        ----------
-        respond
-            Receptance without this effect at any angular frequencies.
-        omega
-            Angular frequencies [rad/s].
-        instruments
-            Sensors and actuators.
+        Without this effect it responds as given at any angular frequencies.
         """
         return respond(omega)
 
@@ -128,27 +104,11 @@ class InstrumentEffect(Effect):
     def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor | None:
         """Return the factor on each recorded FRF [1]; None where there is none.
 
-        Parameters
-        ----------
-        omega
-            Angular frequencies [rad/s].
-        instruments
-            Sensors and actuators; `instruments.of(name, side)` is 1 on the channels of one.
+        `instruments.of(name, side)` is 1 on the channels of one transducer.
         """
         return None
 
     def recorded(self, frf: Receptance, omega: Omega, instruments: Instruments) -> Receptance:
-        """FRF as it was recorded, by default that of the structure times `channel_factor`.
-
-        Parameters
-        ----------
-        frf
-            FRF that the structure has, a row for each sensor channel and a column for each
-            actuator channel.
-        omega
-            Angular frequencies [rad/s].
-        instruments
-            Sensors and actuators.
-        """
+        """FRF as it was recorded, by default that of the structure times `channel_factor`."""
         factor = self.channel_factor(omega, instruments)
         return frf if factor is None else frf * factor

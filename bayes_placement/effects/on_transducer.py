@@ -44,8 +44,8 @@ class OnTransducer(InstrumentEffect):
     direction: Number | None = eqx.field(default=None, kw_only=True)
 
     @property
-    def acts_on(self) -> str:
-        """What it acts on, as a result says it."""
+    def acts_on(self) -> str:  # type: ignore[override]
+        """`all_channels` without a transducer."""
         return "all_channels" if self.transducer is None else "channel"
 
     def numbered(self: Self, instruments: Instruments) -> Self:

@@ -1,9 +1,63 @@
-"""Any law spread over a part of the structure."""
+"""A law spread over a part of the structure: any law, and what all that is so attached shares."""
 
-from .prelude import NOT_NEGATIVE, Extent, Law, OverExtent, Parameter, Scales, field, unit
+import dataclasses
+from typing import Any, ClassVar, TypeAlias
+
+import equinox as eqx
+
+from .._types import InputError
+from ..modes.ports import over
+from ..positions.bounds import in_space
+from .attached import GivenLaw
+from .effect import NetworkAttachment
+from .prelude import NOT_NEGATIVE, Law, Modes, Parameter, Points, coordinates, field, unit
+
+Edge: TypeAlias = Parameter | None
+
+Extent: TypeAlias = Parameter | tuple[Edge, Edge, Edge]
+"""Length [m] on a line; edges of a box along x, y and z in space [m], None for no edge."""
 
 
-class Over(OverExtent):
+class OverExtent(NetworkAttachment):
+    """Something attached all over an extent, each place of which bears its share."""
+
+    tried_last: ClassVar[bool] = True
+    extent: eqx.AbstractVar[Any]
+
+    acts_on = "region"
+
+    def on(self, modes: Modes) -> "OverExtent":
+        """Return the effect with its middle placed on a structure."""
+        check_extent(self.name, self.extent, modes)
+        return NetworkAttachment.on(without_flat_edges(self), modes)
+
+    def points(self, modes: Modes) -> Points:
+        """Ports all over the extent, on each of which all of the law acts."""
+        return over(coordinates(self.at), self.extent, self.direction, modes).points
+
+
+def without_flat_edges(effect: "OverExtent") -> "OverExtent":
+    """Return the effect with None for edges of zero: a number is known too late to leave it out."""
+    extent = effect.extent
+    if not isinstance(extent, tuple | list):
+        return effect
+    edges = tuple(None if isinstance(edge, int | float) and edge == 0 else edge for edge in extent)
+    return dataclasses.replace(effect, extent=edges)
+
+
+def check_extent(name: str, extent: Any, modes: Modes) -> None:
+    """Refuse an extent of another number of edges than the structure has coordinates."""
+    edges = len(extent) if isinstance(extent, tuple | list) else 1
+    needed = 3 if in_space(modes.bounds()) else 1
+    if edges != needed:
+        line = "extent=0.1" if needed == 1 else "extent=(0.1, 0.05, 0.0)"
+        raise InputError(
+            f'Effect "{name}": an extent of {edges} numbers was given; {needed} is needed, the '
+            f"length on a line, or the edges of a box along x, y and z in space: {line}."
+        )
+
+
+class Over(GivenLaw, OverExtent):
     """A law spread evenly over a segment or box of the structure.
 
     Parameters
@@ -26,23 +80,7 @@ class Over(OverExtent):
     'structure.effects.over.law.parts.2.viscosity'
     """
 
-    tried_by_default = False
-    absent = ("strength", 0.0)
     extent: Extent = field(metadata=unit("m", within=NOT_NEGATIVE))
     law: Law
     strength: Parameter = field(metadata=unit("1"), default=1.0)
     name: str = field(static=True, default="over", kw_only=True)
-
-    @property
-    def kind(self) -> str:
-        """Name of its kind, which is that of the network."""
-        return f"over: {self.law.in_words()}"
-
-    def network(self) -> Law:
-        """Return the law, scaled."""
-        return self.strength * self.law
-
-    @classmethod
-    def suggest(cls, scales: Scales) -> list["Over"]:
-        """Return none: the law is yours."""
-        return []

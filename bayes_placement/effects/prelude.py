@@ -24,6 +24,7 @@ from .._types import InputError, Parameter, Receptance
 from ..laws import Dashpot, Law, LossySpring, Mass, Spring, Springpot
 from ..modes.modes import Modes
 from ..modes.points import Points
+from ..modes.ports import PortLaw
 from ..positions.places import coordinates
 from .amplitude_attachment import AmplitudeAttachment, circle_segment, limited_share, tried_places
 from .effect import (
@@ -49,7 +50,5 @@ from .instruments import Instruments, Number
 from .of_side import OfSide
 from .on_rotation import Footprint, OnRotation, bending_scale, check_rotation
 from .on_transducer import OnTransducer, channels, sides_that_differ
-from .over_extent import Extent, OverExtent
-from .port_law import PortLaw
 from .scales import Scales
 from .signed import log_uniform_of_either_sign, negative_log_uniform

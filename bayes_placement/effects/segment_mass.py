@@ -1,7 +1,8 @@
 """A mass spread over a part of the structure."""
 
 from .._ranges import NOT_NEGATIVE
-from .prelude import Extent, LogUniform, Mass, OverExtent, Parameter, Scales, field, unit
+from .over import Extent, OverExtent
+from .prelude import LogUniform, Mass, Parameter, Scales, field, unit
 
 
 class SegmentMass(OverExtent):

@@ -10,9 +10,9 @@ from jaxtyping import Array, Complex, Float, Inexact
 
 from ..effects.instrument_effect import InstrumentEffect
 from ..effects.instruments import Instruments
-from ..effects.port_law import PortLaw
 from ..modes.modes import Modes
 from ..modes.points import Points, along_axes, joined
+from ..modes.ports import PortLaw
 from ..positions.places import coordinates
 from .closure import in_series
 from .frf import ModeError, linear_laws

@@ -24,10 +24,10 @@ from ..effects.effect import (
 )
 from ..effects.instrument_effect import InstrumentEffect
 from ..effects.instruments import Instruments
-from ..effects.port_law import PortLaw
 from ..effects.scales import Scales
 from ..modes.modes import Modes
 from ..modes.points import Points
+from ..modes.ports import PortLaw
 from .experiment import Experiment
 
 HOOKS = ("moved", "load", "laplace", "evaluated", "added", "channel_factor", "recorded")

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Inexact
 
-from ..effects.port_law import PortLaw
+from ..modes.ports import PortLaw
 
 Matrix = Complex[Array, "response reference frequency"]
 """Receptance [m/N] between response and reference points, of which the last are ports."""

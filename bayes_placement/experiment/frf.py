@@ -12,10 +12,10 @@ from jaxtyping import Array, Complex, Float, Inexact
 from .._types import InputError, Receptance
 from ..effects.amplitude_attachment import AmplitudeAttachment
 from ..effects.effect import Omega, OnPorts
-from ..effects.port_law import PortLaw
 from ..modes.eigenpairs import with_coupling
 from ..modes.modes import Modes
 from ..modes.points import Points, joined
+from ..modes.ports import PortLaw
 from ..modes.uneven_pieces import Excess, with_uneven_pieces
 from .amplitudes import attached
 from .closure import closed, reciprocal

@@ -13,9 +13,8 @@ from .._types import Receptance
 from ..effects.effect import Omega
 from ..effects.instrument_effect import InstrumentEffect
 from ..effects.instruments import Instruments
-from ..effects.port_law import PortLaw
 from ..modes.points import Points, along_axes
-from ..modes.ports import singly
+from ..modes.ports import PortLaw, singly
 from ..positions.places import coordinates
 from .frf import receptance
 from .model_error import SIDES, ModalErrors

@@ -1,11 +1,14 @@
-"""Ports of each kind, made of points: a rotation, a difference, a cut, a segment or box."""
+"""Ports of each kind, made of points, and what hangs on them.
+
+A rotation, a difference, a cut, a segment or box.
+"""
 
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Inexact
 
 from .._types import InputError
 from ..positions.bounds import in_space
@@ -25,6 +28,33 @@ NODES, NODES_OF_EDGE = 128, 7
 
 MOTIONS = ("displacement", "rotation")
 """Motions of a port at one place."""
+
+
+class PortLaw(NamedTuple):
+    """Ports, and the dynamic stiffness N / D on each of them.
+
+    As a pair, so that a strength of zero is N = 0 and changes nothing, bit for bit, and a pole,
+    D = 0, holds the port.
+
+    Parameters
+    ----------
+    points
+        The ports.
+    numerator, denominator
+        N and D at each line, the same of all ports or of each one; of a displacement N / D is in
+        N/m, of a rotation in N m/rad, of a cut less its compliance.
+    """
+
+    points: Points
+    numerator: Inexact[Array, "*port frequency"]
+    denominator: Any = 1.0
+
+    def of_each(self) -> tuple[Inexact[Array, "port frequency"], Inexact[Array, "port frequency"]]:
+        """Numerator and denominator of each port, at each line."""
+        shape = (self.points.count, jnp.shape(self.numerator)[-1])
+        parts = (self.numerator, self.denominator)
+        numerator, denominator = (jnp.broadcast_to(jnp.asarray(part), shape) for part in parts)
+        return numerator, denominator
 
 
 class Extent(NamedTuple):

@@ -9,7 +9,7 @@ import numpy as np
 from ..._sites import is_unknown
 from ...effects.effect import AtPlace, Effect, NetworkAttachment
 from ...effects.library import EFFECTS, kind_of
-from ...effects.over_extent import OverExtent
+from ...effects.over import OverExtent
 from ...effects.registry import damping_layer, inserted, strut
 from ...laws.canonical import canonical
 from ...laws.law import Law, Scaled
