@@ -1,5 +1,8 @@
 """A tension along a uniform beam."""
 
+from typing import Any
+
+import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import Distribution
@@ -14,7 +17,29 @@ LEAST, COMPRESSION, TENSION = 1e-4, 0.8, 10.0
 """Of the buckling load: the least force that matters, the greatest ones of a default prior."""
 
 
-class AxialPreload(GlobalChange):
+class OfBeam(GlobalChange):
+    """A change of a uniform beam.
+
+    Attributes
+    ----------
+    of_a_bar, instead
+        Why a bar has it not, and what to use on a finite element model, for errors.
+    """
+
+    of_a_bar: eqx.AbstractClassVar[str]
+    instead: eqx.AbstractClassVar[str]
+
+    def on(self, modes: Modes) -> "OfBeam":
+        """Return the effect as it is, on a uniform beam."""
+        self.beam(modes)
+        return self
+
+    def beam(self, modes: Modes) -> UniformBeam:
+        """Beam beneath changed modes."""
+        return required_beam(modes, self.kind, self.of_a_bar, self.instead)
+
+
+class AxialPreload(OfBeam):
     """A tension along a beam, which adds the geometric stiffness T int w'^2 dx.
 
     Shaker, NASA TN D-8109 (1975). A compression is negative and must stay below buckling.
@@ -34,17 +59,14 @@ class AxialPreload(GlobalChange):
     """
 
     absent = ("tension", 0.0)
+    of_a_bar = "whose axial motion a preload does not change"
+    instead = "Name a member of the model: effects.member_preload(member, tension)."
     tension: Parameter = field(metadata=unit("N"))
     name: str = field(static=True, default="axial_preload", kw_only=True)
 
-    def on(self, modes: Modes) -> "AxialPreload":
-        """Return the effect as it is, on a uniform beam."""
-        _beam(modes)
-        return self
-
     def changed(self, modes: Modes) -> ChangedModes:
         """Modes of the beam under tension."""
-        slope = over_changed_modes(modes, _beam(modes).slope_matrix())
+        slope = over_changed_modes(modes, self.beam(modes).slope_matrix())
         return changed(modes, self.tension * slope)
 
     @classmethod
@@ -56,8 +78,7 @@ class AxialPreload(GlobalChange):
         beam = scales.nominal_modes
         if not isinstance(beam, UniformBeam):
             return []
-        critical = buckling_load(beam)
-        return [cls(preload_prior(critical))]
+        return [cls(preload_prior(buckling_load(beam)))]
 
 
 def preload_prior(load: float) -> Distribution:
@@ -67,8 +88,11 @@ def preload_prior(load: float) -> Distribution:
 
 def buckling_load(beam: UniformBeam) -> float:
     """Least compression at which a beam loses its stiffness [N]."""
-    rigid = beam.rigid_body_modes
-    natural, slopes = compiled(_natural_and_slopes)(beam)
+    return critical(*compiled(_natural_and_slopes)(beam), beam.rigid_body_modes)
+
+
+def critical(natural: Any, slopes: Any, rigid: int) -> float:
+    """Least compression at which elastic modes of a geometric stiffness have no stiffness [N]."""
     root = 1 / np.asarray(natural)[rigid:]
     elastic = np.asarray(slopes)[rigid:, rigid:]
     return float(1 / np.linalg.eigvalsh(root[:, None] * elastic * root).max())
@@ -78,12 +102,3 @@ def _natural_and_slopes(
     beam: UniformBeam,
 ) -> tuple[Float[Array, "mode"], Float[Array, "mode mode"]]:
     return beam.angular_frequency(), beam.slope_matrix()
-
-
-def _beam(modes: Modes) -> UniformBeam:
-    return required_beam(
-        modes,
-        "axial_preload",
-        "whose axial motion a preload does not change",
-        "Name a member of the model: effects.member_preload(member, tension).",
-    )

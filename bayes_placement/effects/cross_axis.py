@@ -35,7 +35,7 @@ class CrossAxis(OfSide):
     share: Parameter = field(metadata=unit("1"))
     name: str = field(static=True, default="cross_axis", kw_only=True)
 
-    def numbered(self, instruments: Instruments) -> "CrossAxis":
+    def numbered(self, instruments: Instruments) -> OfSide:
         """Return the effect with its sensor by number."""
         number = instruments.number(self.sensor)
         if len(instruments.rows(number)) < 2:

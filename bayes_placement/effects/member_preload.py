@@ -5,7 +5,7 @@ from jaxtyping import Array, Int
 
 from ..modes.finite_elements.nodal_modes import NodalModes, nodal_of
 from ..modes.flexible_parts import StretchedMember
-from .axial_preload import preload_prior
+from .axial_preload import critical, preload_prior
 from .on_part import OnPart
 from .prelude import Instruments, Modes, Parameter, Scales, field, unit
 
@@ -68,7 +68,5 @@ class MemberPreload(OnPart):
 
 def buckling_load(modes: NodalModes, member: int) -> float:
     """Least compression of one member at which the frame loses its stiffness [N]."""
-    elastic = slice(modes.rigid_body_modes, None)
-    root = 1 / np.sqrt(modes.eigenvalues[elastic])
-    slopes = np.asarray(modes.members.matrices)[member, elastic, elastic]
-    return float(1 / np.linalg.eigvalsh(root[:, None] * slopes * root).max())
+    slopes = modes.members.matrices[member]
+    return critical(np.sqrt(modes.eigenvalues), slopes, modes.rigid_body_modes)

@@ -4,7 +4,7 @@ import itertools
 import math
 from collections import OrderedDict
 from collections.abc import Sequence
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -19,8 +19,6 @@ from ..positions.vectors import CartesianComponents, triple
 from . import _setting_words
 from .prelude import Instruments, Modes, Number, OfSide, Scales, Uniform, coordinates, field
 
-Self = TypeVar("Self", bound="Misplaced")
-
 
 class Misplaced(OfSide):
     """A transducer of a side shifted from its recorded place, far beyond its tolerance."""
@@ -31,7 +29,7 @@ class Misplaced(OfSide):
     towards: eqx.AbstractVar[tuple[Any, ...]]
     bearing: eqx.AbstractVar[Parameter]
 
-    def on(self: Self, modes: Modes) -> Self:
+    def on(self, modes: Modes) -> "Misplaced":
         """Return the effect as it is."""
         if in_space(modes.bounds()) and not self.towards:
             raise InputError(
@@ -83,7 +81,7 @@ class Misplaced(OfSide):
         return _setting_words.joined(OfSide.setting(self, modes, instruments), direction)
 
     @classmethod
-    def suggest(cls: type[Self], scales: Scales) -> Sequence[Self]:
+    def suggest(cls, scales: Scales) -> Sequence["Misplaced"]:
         """Each transducer anywhere on the piece of the structure on which it was recorded."""
         return [
             cls(name, **shift)

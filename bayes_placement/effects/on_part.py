@@ -2,7 +2,7 @@
 
 import abc
 from collections.abc import Sequence
-from typing import ClassVar, TypeVar
+from typing import ClassVar
 
 import equinox as eqx
 import numpy as np
@@ -13,8 +13,6 @@ from ..modes.modes import Modes
 from ..modes.underlying import underlying_nodal_modes
 from .effect import Hinged, Location
 from .instruments import Instruments
-
-Self = TypeVar("Self", bound="OnPart")
 
 
 class OnPart(Hinged):
@@ -36,7 +34,7 @@ class OnPart(Hinged):
     def names(nodal: NodalModes) -> Sequence[str]:
         """Names of all such parts of a model."""
 
-    def on(self: Self, modes: Modes) -> Self:
+    def on(self, modes: Modes) -> "OnPart":
         """Return the effect with its part by number; an array is one that was found by name."""
         given, names = getattr(self, self.part), self.names(underlying_nodal_modes(modes))
         if isinstance(given, str | int) and given not in (*names, *range(len(names))):

@@ -1,8 +1,8 @@
-"""What effects on a single sensor or actuator, or on one of its channels, have in common."""
+"""What effects on one sensor or actuator, or on one of its channels, have in common."""
 
 import dataclasses
 from collections.abc import Sequence
-from typing import Any, TypeVar
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -15,8 +15,6 @@ from . import _setting_words
 from .effect import Location
 from .instrument_effect import Alone, InstrumentEffect
 from .instruments import Instruments, Number
-
-Self = TypeVar("Self", bound="OnTransducer")
 
 
 class OnTransducer(InstrumentEffect):
@@ -48,7 +46,7 @@ class OnTransducer(InstrumentEffect):
         """`all_channels` without a transducer."""
         return "all_channels" if self.transducer is None else "channel"
 
-    def numbered(self: Self, instruments: Instruments) -> Self:
+    def numbered(self, instruments: Instruments) -> "OnTransducer":
         """Return the effect with its transducer by number, and the direction as an array."""
         if self.transducer is None:
             return self._of_all(instruments)
@@ -68,7 +66,7 @@ class OnTransducer(InstrumentEffect):
         name = instruments.name(self.transducer, side)
         return Alone(dataclasses.replace(self, transducer=0, side=side), side, (name,))
 
-    def _of_all(self: Self, instruments: Instruments) -> Self:
+    def _of_all(self, instruments: Instruments) -> "OnTransducer":
         """Return the effect on every transducer of its side, by default of the sensors."""
         if self.direction is not None:
             raise InputError(
@@ -111,6 +109,44 @@ class OnTransducer(InstrumentEffect):
             return f"all {self.side}s"
         transducer = f"{self.side} {instruments.name(self.transducer, self.side)}"
         return _setting_words.joined(transducer, _setting_words.channel(self.direction))
+
+
+class OfSide(InstrumentEffect):
+    """An effect on one sensor, or on one actuator.
+
+    Attributes
+    ----------
+    side
+        `sensor` or `actuator`, which is the field that holds its name.
+    """
+
+    side: eqx.AbstractClassVar[str]
+
+    @property
+    def transducer(self) -> Number:
+        """Name or number of the transducer."""
+        number: Number = getattr(self, self.side)
+        return number
+
+    def numbered(self, instruments: Instruments) -> "OfSide":
+        """Return the effect with its transducer by number."""
+        number = instruments.number(self.transducer, self.side)
+        return eqx.tree_at(lambda tree: getattr(tree, self.side), self, number)
+
+    def alone(self, instruments: Instruments) -> Alone:
+        """Return it on the first transducer of an experiment that has this one alone."""
+        side = self.side
+        name = instruments.name(self.transducer, side)
+        first: dict[str, Any] = {side: 0}
+        return Alone(dataclasses.replace(self, **first), side, (name,))
+
+    def location(self, modes: Modes, instruments: Instruments) -> Location:
+        """Where the transducer was recorded [m]."""
+        return instruments.recorded(self.transducer, self.side)
+
+    def setting(self, modes: Modes, instruments: Instruments) -> str:
+        """Name of the transducer."""
+        return f"{self.side} {instruments.name(self.transducer, self.side)}"
 
 
 def channels(instruments: Instruments, side: str) -> Sequence[tuple[str, int | None]]:

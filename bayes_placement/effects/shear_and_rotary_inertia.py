@@ -5,11 +5,11 @@ from jaxtyping import Array, Float
 
 from ..modes.beams.beams import UniformBeam
 from ..modes.changed import ChangedModes, changed, over_changed_modes
-from ..modes.underlying import required_beam
-from .prelude import POSITIVE, GlobalChange, LogUniform, Modes, Parameter, Scales, field, unit
+from .axial_preload import OfBeam
+from .prelude import POSITIVE, LogUniform, Modes, Parameter, Scales, field, unit
 
 
-class ShearAndRotaryInertia(GlobalChange):
+class ShearAndRotaryInertia(OfBeam):
     """Timoshenko's beam in the place of Euler's and Bernoulli's.
 
     Cowper, J. Appl. Mech. 33 (1966) 335. A ratio E / (k G) of Young's modulus and shear modulus
@@ -32,16 +32,13 @@ class ShearAndRotaryInertia(GlobalChange):
     """
 
     absent = ("share", 0.0)
+    of_a_bar = "which moves along its axis and neither shears nor rotates"
+    instead = "Assemble the model with elements that shear."
     in_every_structure = True
     may_be_new = False
     modulus_ratio: Parameter = field(metadata=unit("1", within=POSITIVE), default=3.12)
     share: Parameter = field(metadata=unit("1"), default=1.0)
     name: str = field(static=True, default="shear_and_rotary_inertia", kw_only=True)
-
-    def on(self, modes: Modes) -> "ShearAndRotaryInertia":
-        """Return the effect as it is, on a uniform beam."""
-        _beam(modes)
-        return self
 
     def changed(self, modes: Modes) -> ChangedModes:
         """Modes with the flexibility of shear and the inertia of rotation.
@@ -50,7 +47,7 @@ class ShearAndRotaryInertia(GlobalChange):
         then those of Timoshenko's equation but for terms of the order (k r)^6, k the wave number
         and r the radius of gyration.
         """
-        beam = _beam(modes)
+        beam = self.beam(modes)
         square = self.share * beam.stiffness / beam.youngs_modulus / beam.area  # gyration [m2]
         shear = over_changed_modes(modes, beam.shear_matrix())
         force = square * self.modulus_ratio * beam.stiffness * shear
@@ -73,12 +70,3 @@ def _bent(modes: Modes, force: Float[Array, "mode mode"]) -> Float[Array, "mode 
     rigid = modes.rigid_body_modes
     over_squares = jnp.concatenate([jnp.zeros(rigid), 1 / modes.angular_frequency()[rigid:] ** 2])
     return jnp.linalg.inv(jnp.eye(over_squares.size) + over_squares[:, None] * force)
-
-
-def _beam(modes: Modes) -> UniformBeam:
-    return required_beam(
-        modes,
-        "shear_and_rotary_inertia",
-        "which moves along its axis and neither shears nor rotates",
-        "Assemble the model with elements that shear.",
-    )

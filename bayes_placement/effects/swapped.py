@@ -3,7 +3,7 @@
 import dataclasses
 import itertools
 from collections.abc import Sequence
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -12,8 +12,6 @@ from jaxtyping import Array, Int
 from .._types import InputError, Parameter, Receptance
 from .instrument_effect import Alone
 from .prelude import Instruments, Modes, Number, OfSide, Omega, Scales, field, unit
-
-Self = TypeVar("Self", bound="Swapped")
 
 
 class Swapped(OfSide):
@@ -27,7 +25,7 @@ class Swapped(OfSide):
         """Names or numbers of the two."""
         return self.transducer, self.other
 
-    def numbered(self: Self, instruments: Instruments) -> Self:
+    def numbered(self, instruments: Instruments) -> "Swapped":
         """Return the effect with its transducers by number."""
         side = self.side
         numbers = tuple(instruments.number(transducer, side) for transducer in self.pair)
@@ -81,7 +79,7 @@ class Swapped(OfSide):
         return f"{self.side}s {first} and {second}"
 
     @classmethod
-    def suggest(cls: type[Self], scales: Scales) -> Sequence[Self]:
+    def suggest(cls, scales: Scales) -> Sequence["Swapped"]:
         """Each two transducers swapped that have as many channels."""
         transducers = scales.instruments.side(cls.side)
         return [
