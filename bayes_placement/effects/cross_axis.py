@@ -1,5 +1,7 @@
 """Cross-axis sensitivity of a sensor with several directions."""
 
+from typing import Any
+
 import jax.numpy as jnp
 
 from .._sites import unit
@@ -35,7 +37,7 @@ class CrossAxis(OfSide):
     share: Parameter = field(metadata=unit("1"))
     name: str = field(static=True, default="cross_axis", kw_only=True)
 
-    def numbered(self, instruments: Instruments) -> OfSide:
+    def numbered(self, instruments: Instruments) -> "CrossAxis":
         """Return the effect with its sensor by number."""
         number = instruments.number(self.sensor)
         if len(instruments.rows(number)) < 2:
@@ -45,7 +47,8 @@ class CrossAxis(OfSide):
                 "Name a sensor with more directions, or declare them: Sensor(..., "
                 "directions=(1, 2, 3))."
             )
-        return OfSide.numbered(self, instruments)
+        effect: Any = OfSide.numbered(self, instruments)
+        return effect
 
     def recorded(self, frf: Receptance, omega: Omega, instruments: Instruments) -> Receptance:
         """FRF whose channels of the sensor are mixed."""
