@@ -51,8 +51,8 @@ class Attached(GivenLaw, NetworkAttachment):
 
     Parameters
     ----------
-    at
-        Where it is attached [m].
+    at, direction
+        Where it is attached [m], and along which vector; None for every motion there is.
     law
         What is attached, a network of springs, dashpots and masses: of a rotation in N m for N.
     strength
@@ -61,8 +61,6 @@ class Attached(GivenLaw, NetworkAttachment):
         `displacement` or `rotation`.
     footprint
         Of a rotation in space, the vector between the edges of the foot [m].
-    direction
-        Direction in which it acts; None for every one in which the structure moves.
 
     Examples
     --------

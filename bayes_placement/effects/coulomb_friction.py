@@ -19,14 +19,12 @@ class CoulombFriction(AmplitudeAttachment):
 
     Parameters
     ----------
-    at
-        Where it holds the structure [m].
+    at, direction
+        Where it holds the structure [m], and along which vector; None if it moves along one only.
     force
         Force F at which it slips [N].
     stiffness
         Stiffness k of the contact while it sticks [N/m].
-    direction
-        Direction in which it acts, three numbers; None where the structure moves along one only.
 
     Examples
     --------

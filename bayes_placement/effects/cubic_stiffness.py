@@ -16,12 +16,10 @@ class CubicStiffness(AmplitudeAttachment):
 
     Parameters
     ----------
-    at
-        Where it holds the structure [m].
+    at, direction
+        Where it holds the structure [m], and along which vector; None if it moves along one only.
     stiffness
         Force per cube of displacement [N/m^3].
-    direction
-        Direction in which it acts, three numbers; None where the structure moves along one only.
 
     Examples
     --------

@@ -12,14 +12,12 @@ class Foundation(OverExtent):
 
     Parameters
     ----------
-    at
-        Middle of the part [m].
+    at, direction
+        Middle of the part [m], and along which vector; None for every motion there is.
     extent
         Its length on a line [m]; in space the edges of a box along x, y and z [m].
     stiffness
         Stiffness of all springs together [N/m].
-    direction
-        Direction in which they act; None for every one in which the structure moves.
 
     Examples
     --------

@@ -17,14 +17,12 @@ class Gap(AmplitudeAttachment):
 
     Parameters
     ----------
-    at
-        Where it holds the structure [m].
+    at, direction
+        Where it holds the structure [m], and along which vector; None if it moves along one only.
     stiffness
         Stiffness k of the spring [N/m].
     clearance
         Displacement g to either side at which the spring is reached [m].
-    direction
-        Direction in which it acts, three numbers; None where the structure moves along one only.
 
     Examples
     --------

@@ -8,12 +8,10 @@ class GroundDashpot(NetworkAttachment):
 
     Parameters
     ----------
-    at
-        Where it holds the structure [m].
+    at, direction
+        Where it holds the structure [m], and along which vector; None for every motion there is.
     viscosity
         Force per velocity [N s/m].
-    direction
-        Direction in which it acts, three numbers; None for every one in which the structure moves.
 
     Examples
     --------

@@ -14,12 +14,10 @@ class GroundSpring(NetworkAttachment):
 
     Parameters
     ----------
-    at
-        Where it holds the structure [m].
+    at, direction
+        Where it holds the structure [m], and along which vector; None for every motion there is.
     stiffness
         Stiffness [N/m].
-    direction
-        Direction in which it acts, three numbers; None for every one in which the structure moves.
 
     Examples
     --------

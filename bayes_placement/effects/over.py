@@ -62,16 +62,14 @@ class Over(GivenLaw, OverExtent):
 
     Parameters
     ----------
-    at
-        Middle of the part [m].
+    at, direction
+        Middle of the part [m], and along which vector; None for every motion there is.
     extent
         Its length on a line [m]; in space the edges of a box along x, y and z [m].
     law
         Law of all of it together, a network of springs, dashpots and masses.
     strength
         Factor on the law [1].
-    direction
-        Direction in which it acts; None for every one in which the structure moves.
 
     Examples
     --------

@@ -11,12 +11,10 @@ class PointMass(NetworkAttachment):
 
     Parameters
     ----------
-    at
-        Where it sits [m].
+    at, direction
+        Where it sits [m], and along which vector, as that of a fluid may; None along every one.
     mass
         Mass [kg].
-    direction
-        Direction in which it acts, as the mass of a fluid may; None for every one, as of a body.
 
     Examples
     --------

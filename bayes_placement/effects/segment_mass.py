@@ -10,14 +10,12 @@ class SegmentMass(OverExtent):
 
     Parameters
     ----------
-    at
-        Middle of the part [m].
+    at, direction
+        Middle of the part [m], and along which vector; None for every motion there is.
     extent
         Its length on a line [m]; in space the edges of a box along x, y and z [m].
     mass
         All of the mass [kg].
-    direction
-        Direction in which it acts; None for every one in which the structure moves.
 
     Examples
     --------
