@@ -7,7 +7,7 @@ import jax.numpy as jnp
 
 from ..modes.modes import Modes
 from ..modes.points import Points
-from ..modes.ports import is_line, rotation
+from ..modes.ports import is_beam, rotation
 from ..positions.places import coordinates
 from .effect import Direction, NetworkAttachment
 from .scales import Scales
@@ -40,7 +40,5 @@ def check_rotation(footprint: Footprint, direction: Direction, modes: Modes) -> 
 
 def bending_scale(scales: Scales) -> tuple[float, float] | None:
     """Length [m] and bending stiffness [N m2] of a uniform beam; None of other structures."""
-    line: Any = scales.nominal_modes
-    if not (is_line(line) and line.half_order == 2):
-        return None
-    return float(line.length), float(line.stiffness)
+    beam: Any = scales.nominal_modes
+    return (float(beam.length), float(beam.stiffness)) if is_beam(beam) else None

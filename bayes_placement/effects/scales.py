@@ -16,8 +16,7 @@ from numpyro.distributions import LogUniform
 from .._compiled import compiled
 from .._sites import Unknown
 from ..modes.finite_elements.nodal_modes import nodal_of
-from ..modes.modes import Modes
-from ..modes.moved_mass import moved_mass
+from ..modes.modes import Modes, moved_mass
 from ..positions.reprs import with_short_repr
 from .instruments import Instruments
 

@@ -38,27 +38,8 @@ def receptance(
     r"""Receptance between points of a structure with all its effects, Eqs. (6), (7) and (18).
 
     The modal sum with the static flexibility of the modes left out, then all that is attached or
-    inserted, closed at its ports.
-
-    Parameters
-    ----------
-    structure
-        Structure whose parameters are numbers.
-    sensors, actuators
-        Where it is read and driven.
-    omega
-        Angular frequency [rad/s], time convention exp(+i omega t).
-    ports
-        Further linear attachments, those of the instruments.
-    force
-        Amplitude [N] of the force at each frequency, for attachments that depend on amplitudes.
-    mode_error
-        By what natural frequencies and damping differ; None where they are exact.
-
-    Returns
-    -------
-    Complex[Array, "sensor actuator frequency"]
-        Receptance [m/N].
+    inserted, closed at its ports; further ones are those of the instruments. Time convention
+    exp(+i omega t). Attachments that depend on amplitudes need the force [N] at each frequency.
     """
     modes = structure.proper_modes()
     if mode_error is not None:

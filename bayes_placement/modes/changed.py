@@ -107,16 +107,7 @@ def changed(
 
     The Ritz procedure in the span of the kept modes, or of the lowest of them: matrices over fewer
     modes leave those above as they are. With nothing added the matrices are diagonal, for which the
-    eigensolver returns them and the identity, bit for bit.
-
-    Parameters
-    ----------
-    modes
-        The modes before.
-    stiffness, mass
-        What is added to the modal matrices.
-    bending
-        Which part of a motion is bending, over the modes before; all of it by default.
+    eigensolver returns them and the identity, bit for bit. By default all of a motion is bending.
     """
     before = modes.angular_frequency() ** 2
     coupling = modes.coupling()

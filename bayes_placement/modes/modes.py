@@ -5,6 +5,7 @@ from typing import Any, TypeAlias
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import Uniform
 
@@ -107,3 +108,16 @@ class Modes(eqx.Module):
         """Natural frequencies [Hz]."""
         check_numbers(self, "natural_frequency")
         return self.angular_frequency() / (2 * jnp.pi)
+
+
+Squares: TypeAlias = Float[np.ndarray, "place mode"] | Float[Array, "place mode"]
+
+
+def moved_mass(squares: Squares) -> float:
+    """Estimate the mass of a structure [kg] from shapes at places spread evenly over it.
+
+    They are squares of mass-normalised shapes [1/kg], summed over directions. The mean square over
+    a uniform structure is one over its mass. The median over the modes passes over the few that
+    move one part only.
+    """
+    return float(1 / np.median(np.mean(np.asarray(squares, float), axis=0)))

@@ -79,19 +79,8 @@ class Extent(NamedTuple):
 def rotation(place: Coordinates, footprint: Any, direction: Any, modes: Modes) -> Points:
     """Return the rotation [rad] at a place: of a beam its slope.
 
-    In space it is the difference of two displacements over the footprint between them, since the
-    rotation under a moment at a point grows beyond all bounds.
-
-    Parameters
-    ----------
-    place
-        Where [m].
-    footprint
-        Vector between the two places [m]; None on a beam.
-    direction
-        Direction of the displacements, three numbers; None for the only one there is.
-    modes
-        Modes of the structure.
+    In space it is the difference of two displacements along a direction over the footprint between
+    them [m], since the rotation under a moment at a point grows beyond all bounds.
     """
     if in_space(modes.bounds()):
         return _rotation_of_footprint(place, footprint, direction, modes)
@@ -182,15 +171,8 @@ def _on_arm(position: Any, direction: Any, error: Any, combination: Any) -> Poin
 def cut(place: Coordinates, motion: str, modes: Modes) -> Points:
     """Return the internal force at a cut of a bar or beam, for the modulus as drawn.
 
-    Parameters
-    ----------
-    place
-        Where [m].
-    motion
-        How its two sides move against each other: `rotation` under the bending moment [N m] of a
-        beam, `displacement` under the axial force [N] of a bar or the shear force [N] of a beam.
-    modes
-        Modes of the structure.
+    Its two sides move against each other: by a `rotation` under the bending moment [N m] of a beam,
+    by a `displacement` under the axial force [N] of a bar or the shear force [N] of a beam.
     """
     line = underlying_line(modes)
     order = line.half_order + (line.half_order == 2 and motion == "displacement")
@@ -210,18 +192,10 @@ def cuts_over(extent: Extent, modes: Modes) -> Points:
 
 
 def over(middle: Coordinates, extent: Any, direction: Any, modes: Modes) -> Extent:
-    """Return ports all over a segment of a line or a box in space.
+    """Return ports all over a segment of a line or a box in space, about its middle.
 
-    Parameters
-    ----------
-    middle
-        Middle of the segment or box [m].
-    extent
-        Its length [m]; in space its three edges [m], None for those that it does not have.
-    direction
-        Direction in which something acts; None for each in which the structure moves.
-    modes
-        Modes of the structure; what lies outside of a line is left out.
+    The extent is its length [m]; in space its three edges [m], None for those that it does not
+    have. What lies outside of a line is left out.
     """
     if in_space(modes.bounds()):
         places, means, length = _box(middle, extent)

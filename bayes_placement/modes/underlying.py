@@ -8,36 +8,35 @@ from .finite_elements.nodal_modes import NodalModes, nodal_of
 from .modes import Modes
 
 
+def beneath(modes: Modes) -> Modes:
+    """Return the modes before all changes."""
+    return beneath(modes.modes) if isinstance(modes, DerivedModes) else modes
+
+
 def underlying_line(modes: Modes) -> UniformLine:
     """Return the uniform bar or beam beneath changed modes."""
-    if isinstance(modes, UniformLine):
-        return modes
-    if isinstance(modes, DerivedModes):
-        return underlying_line(modes.modes)
+    line = beneath(modes)
+    if isinstance(line, UniformLine):
+        return line
     raise InputError(
-        f"This effect was added to {type(modes).__name__}, but it needs to know the section of a "
+        f"This effect was added to {type(line).__name__}, but it needs to know the section of a "
         "uniform bar or beam, which those modes do not tell. Use beams.bar or beams.beam."
     )
 
 
 def underlying_nodal_modes(modes: Modes) -> NodalModes:
     """Return the modes of the finite element model beneath changed ones."""
-    if isinstance(modes, DerivedModes):
-        return underlying_nodal_modes(modes.modes)
-    nodal = nodal_of(modes)
-    if nodal is None:
-        raise InputError(
-            f"This effect was added to {type(modes).__name__}, but it needs the matrices of a "
-            "finite element model. Use finite_elements.modes(matrices, ...)."
-        )
-    return nodal
+    nodal = nodal_of(beneath(modes))
+    if nodal is not None:
+        return nodal
+    raise InputError(
+        f"This effect was added to {type(beneath(modes)).__name__}, but it needs the matrices of a "
+        "finite element model. Use finite_elements.modes(matrices, ...)."
+    )
 
 
 def required_line(modes: Modes, effect: str, alternative: str) -> UniformLine:
-    """Return the uniform bar or beam that an effect needs.
-
-    The alternative is what a finite element model takes in the place of the effect, for the error.
-    """
+    """Return the line that an effect needs; a finite element model takes an alternative to it."""
     if nodal_of(modes) is not None:
         raise InputError(
             f"{effect} was added to a finite element model, but it needs the section of a uniform "
@@ -47,10 +46,7 @@ def required_line(modes: Modes, effect: str, alternative: str) -> UniformLine:
 
 
 def required_beam(modes: Modes, effect: str, reason: str, alternative: str) -> UniformBeam:
-    """Return the uniform beam that an effect needs.
-
-    The reason says what a bar lacks, the alternative is as for `required_line`.
-    """
+    """Return the beam that an effect needs; the reason says what a bar lacks."""
     line = required_line(modes, effect, alternative)
     if not isinstance(line, UniformBeam):
         raise InputError(f"{effect} was added to a bar, {reason}. Use it on beams.beam.")

@@ -12,6 +12,7 @@ from .beams.uniform_line import UniformLine
 from .changed import ChangedModes, DerivedModes, changed
 from .finite_elements.nodal_modes import NodalModes, nodal_of
 from .modes import Modes
+from .underlying import beneath
 
 _NODES = 8
 """Nodes of quadrature in a piece, besides four for each half-wave of the shortest mode in it."""
@@ -44,19 +45,13 @@ class Excess(NamedTuple):
 
 
 def piece_shares(modes: Modes, pieces: int, count: int) -> PieceShares | None:
-    """Share of each piece in the energies between modes; None where no piece is known.
+    """Share of each piece in the energies between some modes; None where no piece is known.
 
-    Parameters
-    ----------
-    modes
-        Modes whose parameters are numbers.
-    pieces
-        Number of pieces of equal length of a uniform bar or beam. Those of the stiffness of a
-        finite element model are its regions, as many as it has; those of its mass are its cells.
-    count
-        Number of the lowest modes, rigid-body modes among them, that uneven pieces mix.
+    Pieces of a uniform bar or beam are so many of equal length. Those of the stiffness of a finite
+    element model are its regions, as many as it has; those of its mass are its cells. The modes
+    that they mix are the lowest, rigid-body modes among them.
     """
-    base = _beneath(modes)
+    base = beneath(modes)
     nodal = nodal_of(base)
     if isinstance(base, UniformLine):
         shares = _of_line(base, pieces)
@@ -69,7 +64,7 @@ def piece_shares(modes: Modes, pieces: int, count: int) -> PieceShares | None:
 
 def with_uneven_pieces(modes: Modes, excess: Excess) -> ChangedModes:
     """Modes once stiffness and mass differ, in the span of as many of them as there are shares."""
-    natural = _beneath(modes).angular_frequency()[: len(excess.mass)]
+    natural = beneath(modes).angular_frequency()[: len(excess.mass)]
     stiffness = natural[:, None] * excess.stiffness * natural
     return changed(modes, _over(modes, stiffness), _over(modes, excess.mass))
 
@@ -83,10 +78,6 @@ def _over(modes: Modes, matrix: Float[Array, "mode mode"]) -> Float[Array, "mode
         return matrix
     combination = modes.of_modes[: len(matrix), : len(matrix)]
     return combination.T @ _over(modes.modes, matrix) @ combination
-
-
-def _beneath(modes: Modes) -> Modes:
-    return _beneath(modes.modes) if isinstance(modes, DerivedModes) else modes
 
 
 def _of_line(line: UniformLine, pieces: int) -> PieceShares:

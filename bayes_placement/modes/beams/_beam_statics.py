@@ -34,22 +34,11 @@ def green(
 ) -> Float[Array, ""]:
     """Derivative of a Green's function in x and y, without its delta functions.
 
-    Parameters
-    ----------
-    half_order
-        1 for -u'' = f (bar), 2 for u'''' = f (beam), in unit length and stiffness.
-    ends
-        Left and right end.
-    x, y
-        Where it is read and where the force is, from 0 to 1.
-    distance
-        x - y, given separately so that rounding leaves it zero where both are the same. Where
-        a derivative jumps, at zero, it is the mean of both sides.
-    orders
-        Order of the derivative in x and in y.
-    power
-        1 for the sum over elastic modes of psi psi / b^(2 half_order), 2 for that of the squares
-        of the denominators: the Green's function applied twice.
+    Of half order 1 it is that of -u'' = f (bar), of 2 that of u'''' = f (beam), in unit length and
+    stiffness. The distance is x - y, given separately so that rounding leaves it zero where both
+    are the same; where a derivative jumps, at zero, it is the mean of both sides. Of power 1 it is
+    the sum over elastic modes of psi psi / b^(2 half_order), of 2 that over the squares of the
+    denominators: the Green's function applied twice.
     """
     smooth = polynomial.polyder(_smooth_part(half_order, ends, power), orders[0], axis=0)
     smooth = polynomial.polyder(smooth, orders[1], axis=1)

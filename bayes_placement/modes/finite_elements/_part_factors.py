@@ -54,16 +54,9 @@ def complete(powers: Powers, parts: Collection[str], parameters: Collection[str]
 def ranges(
     parameters: Mapping[str, Parameter], powers: Powers, known: Mapping[str, Range]
 ) -> dict[str, tuple[float, float]]:
-    """Least and greatest factor of each part [1].
+    """Least and greatest factor of each part [1], by powers of parameters.
 
-    Parameters
-    ----------
-    parameters
-        Numbers, or distributions, whose range lies between two quantiles.
-    powers
-        Powers of the parameters in the factor of each part.
-    known
-        Ranges of some parameters in place of these.
+    The range of a distribution lies between two quantiles, where it is not known otherwise.
     """
     limits = {
         name: _checked(name, known.get(name) or _range(value)) for name, value in parameters.items()

@@ -54,37 +54,28 @@ def _cells(position: Float[np.ndarray, "node 3"]) -> Int[np.ndarray, "node"]:
     By its length, not by the number of nodes: a mesh may be finer somewhere.
     """
     cells = [_Cell.of(np.arange(len(position)), position)]
-    least = ROUNDING * cells[0].length()
+    least = ROUNDING * cells[0].length
     while len(cells) < min(CELLS, len(position)):
-        longest = int(np.argmax([cell.length() for cell in cells]))
-        if cells[longest].length() <= least:  # the nodes that are left share their places
+        longest = int(np.argmax([cell.length for cell in cells]))
+        if cells[longest].length <= least:  # the nodes that are left share their places
             break
-        cells[longest : longest + 1] = cells[longest].halves(position)
+        cells[longest : longest + 1] = [_Cell.of(half, position) for half in cells[longest].halves]
     cell_of_node = np.empty(len(position), dtype=int)
     for number, cell in enumerate(cells):
-        cell_of_node[cell.nodes] = number
+        cell_of_node[np.concatenate(cell.halves)] = number
     return cell_of_node
 
 
 class _Cell(NamedTuple):
-    """Nodes, and the ends of the box about them [m]."""
+    """Length of the longest side of the box about some nodes [m], and these beside its middle."""
 
-    nodes: Int[np.ndarray, "node"]
-    low: Float[np.ndarray, "3"]
-    high: Float[np.ndarray, "3"]
+    length: float
+    halves: tuple[Int[np.ndarray, "below"], Int[np.ndarray, "beyond"]]
 
     @classmethod
     def of(cls, nodes: Int[np.ndarray, "node"], position: Float[np.ndarray, "all 3"]) -> "_Cell":
         """Return the cell of some nodes."""
-        places = position[nodes]
-        return cls(nodes, places.min(axis=0), places.max(axis=0))
-
-    def length(self) -> float:
-        """Length of the longest side [m]."""
-        return float(np.max(self.high - self.low))
-
-    def halves(self, position: Float[np.ndarray, "all 3"]) -> list["_Cell"]:
-        """Return the cells on either side of the middle of the longest side."""
-        side = int(np.argmax(self.high - self.low))
-        is_beyond = position[self.nodes, side] > (self.low + self.high)[side] / 2
-        return [self.of(self.nodes[half], position) for half in (~is_beyond, is_beyond)]
+        low, high = position[nodes].min(axis=0), position[nodes].max(axis=0)
+        side = int(np.argmax(high - low))
+        is_beyond = position[nodes, side] > (low + high)[side] / 2
+        return cls(float(high[side] - low[side]), (nodes[~is_beyond], nodes[is_beyond]))

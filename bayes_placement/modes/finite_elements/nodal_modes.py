@@ -16,8 +16,7 @@ from ..._types import InputError, Parameter, arguments_checked, check_positive
 from ...positions.places import Place, mean
 from ...positions.tolerances import Box, Tolerance
 from ...positions.vectors import CartesianComponents
-from ..modes import Modes
-from ..moved_mass import moved_mass
+from ..modes import Modes, moved_mass
 from .cell_masses import checked_cell_masses
 from .interpolation import Interpolation
 from .modal_model import ModalModel

@@ -153,20 +153,8 @@ def static_shapes(
     strains, as it does in small models; else it spans those of the lowest modes, with the region
     intact and without most of its stiffness. A member under tension is a region that gains
     stiffness. Where the modes span every motion they say all of regions and members themselves.
-
-    Parameters
-    ----------
-    matrices
-        The model, with its regions.
-    model
-        Its lowest modes, all up to some frequency.
-    soft
-        Supports, by name.
-    members
-        Geometric stiffness of members under a unit tension [1/m], by name.
-    rows
-        Rows at which shapes are wanted.
-
+    The model gives all modes up to some frequency, members their geometric stiffness under a unit
+    tension [1/m]; shapes are wanted at some rows.
     """
     for name in soft:
         printable_name("A support of the name", name)
