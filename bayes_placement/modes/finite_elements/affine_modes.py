@@ -3,19 +3,16 @@
 import functools
 import operator
 from collections import OrderedDict
-from collections.abc import Mapping
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..._compiled import of_jax
 from ..._sites import unit
 from ..._types import Parameter
 from ..changed import ChangedModes, changed
 from ..modes import Modes
-from ._part_factors import Powers
 from .named_matrices import NamedMatrices
 from .nodal_modes import DerivedNodalModes, NodalModes
 
@@ -105,33 +102,6 @@ class AffineModes(DerivedNodalModes):
     frequency_error: float = eqx.field(static=True)
     axes: tuple[int, ...] = eqx.field(static=True, repr=False)
     rigid_body_modes: int = eqx.field(static=True, repr=False)
-
-    def __init__(
-        self,
-        nodal: NodalModes,
-        *,
-        parameter: Mapping[str, Parameter],
-        stiffness: Mapping[str, np.ndarray],
-        mass: Mapping[str, np.ndarray],
-        powers: Powers,
-        residual: Float[np.ndarray, "part row row"] | None = None,
-        report: str = "",
-        frequency_error: float = float("nan"),
-    ):
-        self.nodal = nodal
-        self.parameter = OrderedDict(parameter)
-        count = nodal.shape.shape[1]
-        self.stiffness, self.mass = (
-            NamedMatrices.of(stiffness, count),
-            NamedMatrices.of(mass, count),
-        )
-        self.powers = tuple(
-            (part, tuple((name, float(power)) for name, power in of_part.items()))
-            for part, of_part in powers.items()
-        )
-        self.residual = of_jax(residual)
-        self.report, self.frequency_error = report, frequency_error
-        self.axes, self.rigid_body_modes = nodal.axes, nodal.rigid_body_modes
 
     def factor(self, part: str) -> Float[Array, ""]:
         """Factor of a part [1]."""

@@ -1,5 +1,6 @@
 """Modes from stiffness and mass matrices; everything sparse is solved here, once."""
 
+from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -7,6 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.sparse import csc_array
 
+from ..._compiled import of_jax
 from ..._sites import is_open
 from ..._types import InputError, Parameter, arguments_checked, check_positive
 from ...positions.names import checked_name
@@ -20,6 +22,7 @@ from .interpolation import Interpolation
 from .matrices import Affine, Matrices, ReducedBasis, Sparse
 from .matrices._matrix_checks import sparse
 from .modal_model import ModalModel
+from .named_matrices import NamedMatrices
 from .nodal_modes import NodalModes, modes_from_shapes
 from .soft_supports import SupportMotion
 from .static_shapes import static_shapes
@@ -189,14 +192,19 @@ def affine(
         nominal=nominal,
     )
     return AffineModes(
-        nodal,
-        parameter=parameters,
-        stiffness=basis.stiffness,
-        mass=basis.mass,
-        powers=powers,
-        residual=_residual(matrices, interpolation.used_rows(), stiffness, basis),
+        nodal=nodal,
+        parameter=OrderedDict(parameters),
+        stiffness=NamedMatrices.of(basis.stiffness, basis.eigenvalues.size),
+        mass=NamedMatrices.of(basis.mass, basis.eigenvalues.size),
+        residual=of_jax(_residual(matrices, interpolation.used_rows(), stiffness, basis)),
+        powers=tuple(
+            (part, tuple((name, float(power)) for name, power in of_part.items()))
+            for part, of_part in powers.items()
+        ),
         report=str(basis.report),
         frequency_error=basis.report.measured.error,
+        axes=nodal.axes,
+        rigid_body_modes=nodal.rigid_body_modes,
     )
 
 

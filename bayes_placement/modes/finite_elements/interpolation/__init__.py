@@ -1,10 +1,8 @@
 """Reading of mode shapes, known at nodes, at any position of a structure."""
 
-from ._elements import Elements, reference_corners
-from ._frame_elements import frame
-from ._geometric_stiffness import frame_geometric_stiffness
+from ._elements import Elements, linear, reference_corners
+from ._frame_elements import frame, frame_geometric_stiffness
 from ._interpolation import Interpolation, NodalModel, Reading
-from ._linear_elements import linear
 from ._plate_elements import plate
 from ._scattered import Nearest, Scattered, nearest, scattered
 from ._scikit_fem_elements import scikit_fem
