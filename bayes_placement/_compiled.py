@@ -31,14 +31,10 @@ def compiled(function: Callable[..., Result]) -> "Compiled[Result]":
 
     Arrays and Python floats anywhere in the arguments are its inputs; all else (structure of the
     trees, static fields, integers, booleans, names) is fixed and hashed. The same function of the
-    same structure with other numbers is never compiled again, wherever it is called from.
-
-    Parameters
-    ----------
-    function
-        A function of trees, defined once: of a module or a class, not inside another function,
-        where it would be a new one at every call. Where a Python float steers it (`if`, `float`),
-        floats are fixed as well, so that other ones are compiled anew; an array must not steer it.
+    same structure with other numbers is never compiled again, wherever it is called from. It is
+    defined once: of a module or a class, not inside another function, where it would be a new one
+    at every call. Where a Python float steers it (`if`, `float`), floats are fixed as well, so that
+    other ones are compiled anew; an array must not steer it.
     """
     return Compiled(function)
 
@@ -69,17 +65,10 @@ class Compiled(Generic[Result]):
     ) -> "Bound[Result]":
         """Return it with its first arguments given, which are then taken apart only once.
 
-        Parameters
-        ----------
-        *trees
-            The first arguments.
-        effort
-            How much the compiler tries, from 0 to 3; its default is 3. At 1 it takes three quarters
-            of the time for functions that run as fast, at 0 less than half for functions that take
-            twice as long.
-        is_long
-            Whether it computes with long arrays: wider vectors of the processor, where it has them,
-            then save a quarter of the time and are worth a longer compilation.
+        By its effort, from 0 to 3, the compiler takes at 1 three quarters of the time of 3, the
+        default, for functions that run as fast, at 0 less than half for functions that take twice
+        as long. Where it computes with long arrays, wider vectors of the processor, where it has
+        them, save a quarter of the time and are worth a longer compilation.
         """
         return Bound(self.function, trees, effort, is_long)
 

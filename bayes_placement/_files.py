@@ -24,19 +24,8 @@ UNFINISHED = ".unfinished-"
 def write_atomically(path: str | Path, write: Callable[[Path], object]) -> Path:
     """Write a temporary file in the same folder and rename it once it is on the disk.
 
-    Temporary files of processes that were killed are deleted.
-
-    Parameters
-    ----------
-    path
-        Where the file is to be; its folder is made.
-    write
-        Called with the path of a temporary file of the same suffix.
-
-    Returns
-    -------
-    Path
-        The path.
+    Temporary files of processes that were killed are deleted. Its folder is made. The temporary
+    file has the same suffix.
 
     Raises
     ------
@@ -145,16 +134,8 @@ def write_json(path: str | Path, content: Any) -> Path:
 def write_csv(path: str | Path | None, table: pd.DataFrame, **settings: Any) -> str:
     """Write a table as CSV in which no text is a formula for spreadsheets; return the text.
 
-    A text that begins as a formula does and is no number begins with an apostrophe.
-
-    Parameters
-    ----------
-    path
-        The file, written as it is; None for the text alone.
-    table
-        The table.
-    **settings
-        Of `DataFrame.to_csv`.
+    A text that begins as a formula does and is no number begins with an apostrophe. Settings are
+    those of `DataFrame.to_csv`; without a path nothing is written.
     """
     safe = table.map(_no_formula).rename(index=_no_formula, columns=_no_formula)
     text: str = safe.to_csv(**settings)

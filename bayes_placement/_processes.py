@@ -82,18 +82,9 @@ def shared(
 
     Helpers are as many as there are further cores, at most three; LOKY_MAX_CPU_COUNT=1 in the
     environment lets a search run in one process. A task that a helper cannot do is done here: what
-    it raises is raised here.
-
-    Parameters
-    ----------
-    function
-        A function of a module, whose results follow from its arguments alone.
-    tasks
-        Arguments, those that take longest first.
-    done
-        Called with the number of each task that is done.
-    meanwhile
-        What this process does first, once helpers have begun.
+    it raises is raised here. Results follow from the arguments alone. Tasks that take longest come
+    first; each that is done is told by its number. What this process does meanwhile it does first,
+    once helpers have begun.
     """
     results: dict[int, Result] = {}
     for number, result in shared_in_any_order(function, tasks, meanwhile):

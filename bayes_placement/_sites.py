@@ -193,12 +193,7 @@ def owners(role: Role) -> dict[str, Any]:
 def realise(tree: Tree, where: Callable[[Unknown], bool] = lambda unknown: True) -> Tree:
     """Sample each distribution of a tree, as a NumPyro site of its name.
 
-    Parameters
-    ----------
-    tree
-        Any tree, an `Experiment` for example.
-    where
-        Which unknowns are sampled; the others stay distributions.
+    What is not asked for stays a distribution.
     """
 
     def sample(unknown: Unknown) -> Any:

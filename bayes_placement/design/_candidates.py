@@ -74,15 +74,7 @@ class Candidates(NamedTuple):
 
 
 def candidates(experiment: Experiment, places: Mapping[str, Any]) -> list[Candidates]:
-    """Candidates of each transducer named, clipped to the structure with their tolerance.
-
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    places
-        Recorded positions [m] (or tolerance regions) to try, by the name of the transducer.
-    """
+    """Candidates of each transducer at places [m], clipped to the structure, with its tolerance."""
     if not places:
         raise InputError(
             "No places to try were given; those of at least one transducer are needed: "

@@ -17,19 +17,8 @@ def with_parameters_of_interest(
 ) -> tuple[Experiment, dict[str, float]]:
     """Hold all parameters but those of interest at their nominal values, as Case 1 of the paper.
 
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    about
-        Names of the parameters of interest; None for all.
-    nominal
-        Nominal values by name; None for the means of the priors.
-
-    Returns
-    -------
-    tuple
-        The experiment, and the nominal values of those parameters that are still unknown.
+    Nominal values are the means of the priors by default; those of parameters that are still
+    unknown are returned as well.
     """
     values = dict(nominal or {})
     _refuse_impossible(values, experiment)
@@ -54,16 +43,8 @@ def nominal_values(
 ) -> dict[str, Any]:
     """Nominal value of each unknown but the positions of what is moved.
 
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    moved
-        Names of the transducers that are moved.
-    stated
-        Values that the user gives, by name.
-    typical
-        Values that are better than recorded positions and means of priors, by name.
+    Values that the user states come first, then typical ones, better than recorded positions and
+    means of priors.
     """
     unknown = experiment.unknown
     return {

@@ -210,11 +210,7 @@ def difference(cell: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:
 def difference_of(estimates: np.ndarray, baseline: np.ndarray) -> tuple[float, float]:
     """Information gain of one placement less that of another, and the standard error [nat].
 
-    Parameters
-    ----------
-    estimates, baseline
-        Information gain of each [1 + replicate]: the estimate, then without each replicate. Common
-        errors cancel.
+    Both are the estimate, then that without each replicate; common errors cancel.
     """
     differences = estimates - baseline
     return float(differences[0]), float(jackknife_error(differences[1:]))

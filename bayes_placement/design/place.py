@@ -244,13 +244,5 @@ def _row(positions: Mapping[str, Any]) -> dict[str, float]:
 
 
 def position_columns(name: str, at: Any) -> list[str]:
-    """Columns with the position of a transducer, in a table of placements.
-
-    Parameters
-    ----------
-    name
-        Its name.
-    at
-        A position of it: a number on a line, three in space.
-    """
+    """Columns with the position of a transducer, in a table of placements."""
     return [name] if np.ndim(at) == 0 else [f"{name}.{axis}" for axis in "xyz"]

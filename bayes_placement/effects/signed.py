@@ -39,13 +39,6 @@ def log_uniform_of_either_sign(least: float, low: float, high: float) -> Distrib
     Its density, proportional to 1 / sqrt(x^2 + least^2), is flat where the size x is below the
     least that matters and log-uniform above. A uniform prior would leave next to nothing for a
     small size: any kind of effect with a log-uniform prior would be claimed in its place.
-
-    Parameters
-    ----------
-    least
-        Least size that matters, above zero.
-    low, high
-        Least and greatest value.
     """
     ends = Uniform(math.asinh(low / least), math.asinh(high / least))
     return TransformedDistribution(ends, [SinhTransform(), AffineTransform(0.0, least)])

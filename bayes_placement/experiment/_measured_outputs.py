@@ -16,18 +16,9 @@ def measured_outputs(
 ) -> Data:
     """Turn measured FRFs into outputs.
 
-    Parameters
-    ----------
-    observe
-        The mapping z = f(U).
-    frf
-        FRFs of the observed quantity, of shape (sensor, actuator, frequency); NaN where nothing
-        was measured.
-    variance
-        E|error|^2 of each FRF value [unit of the FRF squared], NaN where nothing was measured;
-        None where the level of the output error comes from elsewhere.
-    amplitude
-        Whether the level of the output error depends on the amplitude of the FRFs.
+    FRFs [sensor, actuator, frequency] and their variances E|error|^2 are NaN where nothing was
+    measured; there are none where the level of the output error comes from elsewhere, which may
+    depend on the amplitude.
     """
     measured = np.isfinite(frf)
     filled = np.where(measured, frf, 1.0)

@@ -198,15 +198,8 @@ def not_negative(values: np.ndarray, lines: np.ndarray, label: PairLabel) -> Non
 def not_measured(requested: np.ndarray, lines: np.ndarray, index: np.ndarray) -> InputError:
     """Return the error that names lines that are missing, and the line that takes measured ones.
 
-    Parameters
-    ----------
-    requested
-        All lines that were asked for [Hz].
-    lines
-        Lines that were measured [Hz].
-    index
-        For each that was asked for the number of the nearest measured one where that is too far
-        away, else -1.
+    Lines are in Hz. The index of each is the number of the nearest measured one where that is too
+    far away, else -1.
     """
     missing = np.flatnonzero(index >= 0)
     pairs = zip(requested[missing[:5]], lines[index[missing[:5]]], strict=True)
@@ -238,14 +231,7 @@ def _measured_instead(requested: np.ndarray, lines: np.ndarray) -> str:
 def numeric(argument: str, values: object, kinds: str) -> None:
     """Refuse an array of something else than numbers.
 
-    Parameters
-    ----------
-    argument
-        Name of the argument.
-    values
-        What was given.
-    kinds
-        Kinds of NumPy's types that are taken: `iuf` for real numbers, `c` for complex ones.
+    Kinds are those of NumPy's types that are taken: `iuf` for real numbers, `c` for complex ones.
     """
     try:
         array = np.asarray(values)

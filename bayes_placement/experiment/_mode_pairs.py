@@ -36,13 +36,8 @@ def paired(
 ) -> Int[Array, "mode"]:
     """Number of the branch of each measured mode, the nearest pair first.
 
-    Parameters
-    ----------
-    measured
-        What was measured.
-    omega, shapes
-        Natural angular frequencies [rad/s] and shapes of all branches, as seen from the frequency
-        of each measured mode.
+    Natural angular frequencies [rad/s] and shapes of all branches are those seen from the frequency
+    of each measured mode.
     """
     shift = jnp.log(omega / measured.omega[:, None])
     criterion, lost = jax.vmap(assurance)(measured, shapes)

@@ -14,12 +14,7 @@ def at_levels(
 ) -> list[Measurement]:
     """Measurements in the order of some force levels [N].
 
-    Parameters
-    ----------
-    measurements
-        One measurement, or one for each level, in any order.
-    levels
-        Force levels [N]; None for a single measurement at whatever level.
+    There is none for a single measurement at whatever level.
     """
     single = isinstance(measurements, Measurement | ModalParameters)
     entries: Any = [measurements] if single else measurements

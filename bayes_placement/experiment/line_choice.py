@@ -31,12 +31,7 @@ EVEN_SHARE = 0.3
 def mode_indicator(runs: Sequence["Measurement"], quantity: str = "mobility") -> Spectrum:
     """Sum of the squared FRFs of all pairs, each over its mean; 1 on the average.
 
-    Parameters
-    ----------
-    runs
-        Measurements on the same lines, one for each force level.
-    quantity
-        `receptance`, `mobility` or `accelerance`, in which they are summed.
+    They are summed as `receptance`, `mobility` or `accelerance`.
     """
     squares = np.concatenate([_squares(run, quantity) for run in runs])
     return np.asarray(np.mean(squares / squares.mean(axis=-1, keepdims=True), axis=0))

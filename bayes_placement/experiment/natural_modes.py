@@ -45,18 +45,9 @@ def natural_modes(structure: Structure, points: Any, up_to: float, most: int) ->
     stiffness Z at ports p, (diag(omega_n^2) + Phi_p' (1/Z + R)^-1 Phi_p - omega^2) q = 0. R is the
     static flexibility of the modes left out (MacNeal 1971, DOI 10.1016/0045-7949(71)90031-9). A
     natural frequency is where an eigenvalue of this matrix falls through zero; at the natural
-    frequency of an absorber by itself it jumps upwards instead.
-
-    Parameters
-    ----------
-    structure
-        Structure whose parameters are numbers. Springs that depend on the amplitude are left out.
-    points
-        Points [point, ...] at which shapes are read [m]: numbers on a line, else three each.
-    up_to
-        Greatest frequency [Hz].
-    most
-        Most modes, the lowest ones.
+    frequency of an absorber by itself it jumps upwards instead. Springs that depend on the
+    amplitude are left out. Points at which shapes are read [m] are numbers on a line, else three
+    each; modes are the lowest ones up to a frequency [Hz].
     """
     at_line = compiled(_at_line).bound(structure, effort=0)
     at_ports = compiled(_at_ports).bound(structure, effort=0)()

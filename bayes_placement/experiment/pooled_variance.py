@@ -42,20 +42,9 @@ def pooled(
     Noise of the response adds Snn / Gxx to the variance, noise of the force |H|^2 Smm / Gxx, in
     which the noise spectra Snn and Smm change little from line to line. They are estimated at each
     line from its neighbours by the likelihood of variances (gamma distributions), in iterated
-    weighted least squares. A line that scatters more than that keeps its own variance.
-
-    Parameters
-    ----------
-    scatter
-        Variance of each line by its own repeats.
-    force
-        Gxx, in any unit.
-    amplitude
-        Amplitude |H| of the FRF.
-    averages
-        Number of independent repeats.
-    count
-        Number of neighbouring lines; with 1 the scatter itself is returned.
+    weighted least squares. A line that scatters more than that keeps its own variance. The force is
+    Gxx, in any unit, the amplitude |H|; averages are independent repeats. Of one neighbouring line
+    it is the scatter itself.
     """
     if count <= 1:
         return scatter

@@ -23,17 +23,7 @@ class _PriorStructure(NamedTuple):
 def draws_from_priors(
     unknowns: Sequence[Unknown], key: int | Key, count: int
 ) -> dict[str, np.ndarray]:
-    """Draws [draw, ...] of unknowns from their priors, by name.
-
-    Parameters
-    ----------
-    unknowns
-        The unknowns.
-    key
-        Seed or JAX key.
-    count
-        Number of draws.
-    """
+    """Draws [draw, ...] of unknowns from their priors, by name."""
     priors = [unknown.distribution for unknown in unknowns]
     # Drawn once: to compile it well takes longer than to run it.
     draws = compiled(_drawn).bound(priors, key, count, effort=0)()
@@ -53,13 +43,7 @@ def prior_draws(priors: Mapping[str, Distribution], keys: Any) -> dict[str, Any]
     """Draws from priors by name [draw, ...], for a compiled function.
 
     A distribution that is drawn by rejection takes a second to compile, and a model has many.
-
-    Parameters
-    ----------
-    priors
-        Prior of each unknown by name.
-    keys
-        Random keys [draw, unknown].
+    Random keys are [draw, unknown].
     """
     numbers = {name: number for number, name in enumerate(priors)}
     values: dict[str, Any] = {}

@@ -78,14 +78,7 @@ def motion_name(word: str) -> str:
 def converted(frf: np.ndarray, frequency: np.ndarray, source: str, target: str) -> np.ndarray:
     """Turn FRFs of one quantity into another by powers of i w, under exp(+i w t).
 
-    Parameters
-    ----------
-    frf
-        FRFs of shape (..., frequency).
-    frequency
-        Lines [Hz].
-    source, target
-        Quantity of the FRFs, and that of the result.
+    Their last axis is the frequency [Hz].
     """
     power = quantity_of(target).derivative - quantity_of(source).derivative
     if power < 0 and np.any(frequency == 0):

@@ -29,13 +29,7 @@ def with_only(
 ) -> Experiment:
     """Return the experiment with some of its transducers, and the noise of their channels.
 
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    sensors, actuators
-        Names of those that remain, in the order of the experiment; others are ignored. None for
-        all.
+    Names that it does not have are ignored; without names all of a side remain.
     """
     requests = ((experiment.sensor, sensors), (experiment.actuator, actuators))
     if all(names is None or set(side) <= set(names) for side, names in requests):
@@ -89,15 +83,7 @@ def _like(sensor: Sensor, name: str) -> Sensor:
 
 
 def with_lines(experiment: Experiment, count: int) -> Experiment:
-    """Return the experiment with at most `count` of its lines, evenly spread, and their noise.
-
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    count
-        Number of lines, at least 1.
-    """
+    """Return the experiment with at most `count` of its lines, evenly spread, and their noise."""
     size = np.size(experiment.frequency)
     if size <= count:
         return experiment
@@ -135,14 +121,9 @@ def as_measured(experiment: Experiment, measurement: Measurement | ModalParamete
     """Return the experiment with the lines and transducers of a measurement, within its band.
 
     One that observes modes observes those of the measurement instead, model error included: the
-    lowest of them, as many as have errors there. Sensors of which it has no shape are left out.
-
-    Parameters
-    ----------
-    experiment
-        The experiment; its noise must not be stated line by line.
-    measurement
-        What was measured, with any lines and some of the channels, or with other modes.
+    lowest of them, as many as have errors there. Sensors of which it has no shape are left out. Its
+    noise must not be stated line by line. The measurement may have any lines and some of the
+    channels, or other modes.
     """
     if isinstance(measurement, ModalParameters):
         return _of_other_modes(experiment, measurement)

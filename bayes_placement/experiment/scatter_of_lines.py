@@ -59,12 +59,8 @@ def scatter_variance(frf: Complex[np.ndarray, "frequency"]) -> Lines:
     doi:10.3182/20120711-3-BE-2027.00356). The level is a median over neighbouring fits, after a
     power of the amplitude was taken out: that which makes it the smoothest. Where windows make
     neighbouring lines alike, lines farther apart are fitted. A resonance of few lines makes the
-    variance too large, never too small.
-
-    Parameters
-    ----------
-    frf
-        Evenly spaced lines of one pair, at least `FEWEST`; those of a record that is not thinned.
+    variance too large, never too small. Lines are evenly spaced, at least `FEWEST`, and those of a
+    record that is not thinned.
     """
     residual, step = _residual(frf, 1), 1
     while 2 * step <= MOST_ALIKE and len(frf) >= FEWEST * 2 * step:

@@ -38,13 +38,7 @@ class Offered(NamedTuple):
 
 
 def offered(experiment: Experiment) -> list[Offered]:
-    """Return the effects that are tried by default on an experiment, kind by kind.
-
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    """
+    """Return the effects that are tried by default on an experiment, kind by kind."""
     kinds: dict[str, list[Effect]] = {}
     for effect in library(experiment).effects:
         if effect.name in EFFECTS:
@@ -60,16 +54,7 @@ def added(
 ) -> Added:
     """Return what adds an effect of a kind: the candidate that can be nearest to a place.
 
-    Parameters
-    ----------
-    experiment
-        The experiment to which it is added.
-    kind
-        Name of the kind.
-    number
-        Number of the candidate from 1; None for the one that can be nearest.
-    at
-        Where it is put [m]; None for the middle of its prior.
+    Candidates are numbered from 1; without a place [m] it is put in the middle of its prior.
     """
     count = len(library(experiment, [kind]).effects)
     numbers = range(1, count + 1) if number is None else [number]
@@ -89,17 +74,7 @@ def added(
 
 
 def placed_at(experiment: Experiment, name: str, at: Position) -> dict[str, float]:
-    """Return values of the place of an effect that are nearest to a position.
-
-    Parameters
-    ----------
-    experiment
-        The experiment that has the effect.
-    name
-        Name of the effect.
-    at
-        Where it is put [m].
-    """
+    """Return values of the place of an effect that are nearest to a position [m]."""
     return _at(experiment, name, at)
 
 

@@ -16,13 +16,7 @@ DIGITS = 6
 
 
 def structure_for_page(experiment: Experiment) -> dict[str, Any]:
-    """Return points [m] and lines of a structure, its transducers with axes and tolerances.
-
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    """
+    """Return points [m] and lines of a structure, its transducers with axes and tolerances."""
     outline = outline_of(experiment)
     bounds = experiment.structure.modes.bounds()
     low, high = (np.resize(np.pad(np.atleast_1d(end), (0, 2)), 3) for end in bounds)
@@ -41,15 +35,7 @@ def structure_for_page(experiment: Experiment) -> dict[str, Any]:
 
 
 def modes_for_page(experiment: Experiment, values: Values) -> dict[str, Any]:
-    """Return natural frequencies [Hz] and mode shapes at the points of the structure.
-
-    Parameters
-    ----------
-    experiment
-        The experiment with its effects.
-    values
-        Values of its unknowns.
-    """
+    """Return natural frequencies [Hz] and mode shapes at the points of the structure."""
     found = shapes(experiment, values, outline_of(experiment))
     shape = found["shape"].values
     largest = np.abs(shape).max(axis=(1, 2), keepdims=True, initial=0.0)

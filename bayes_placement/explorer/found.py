@@ -20,13 +20,7 @@ from .steps import as_drawn
 
 
 def reach_for_page(reach: Reach) -> dict[str, Any]:
-    """Return what laws can do at each place, and the law that the data ask for, kind by kind.
-
-    Parameters
-    ----------
-    reach
-        What `bp.reach` returned.
-    """
+    """Return what laws can do at each place, and the law that the data ask for, kind by kind."""
     kinds = [
         {
             **kind,
@@ -55,13 +49,7 @@ def _law(reach: Reach, kind: str) -> Mapping[str, Any] | None:
 
 
 def ledger_for_page(ledger: Ledger) -> dict[str, Any]:
-    """Return candidates with probabilities, what they cannot be told from, and the sentences.
-
-    Parameters
-    ----------
-    ledger
-        What `bp.improve` returned.
-    """
+    """Return candidates with probabilities, what they cannot be told from, and the sentences."""
     best = ledger.compared.sort_values("log_odds", ascending=False).drop_duplicates("effects")
     return {
         "words": ledger.words(),
@@ -76,15 +64,7 @@ def ledger_for_page(ledger: Ledger) -> dict[str, Any]:
 
 
 def actions_of(ledger: Ledger, experiment: Experiment) -> list[Improved]:
-    """Return the steps of a ledger as actions on the experiment that was searched.
-
-    Parameters
-    ----------
-    ledger
-        What `bp.improve` returned.
-    experiment
-        The experiment that it was given.
-    """
+    """Return the steps of a ledger as actions on the experiment that was searched."""
     return [_action(number, step, experiment) for number, step in enumerate(ledger.steps)]
 
 

@@ -13,12 +13,7 @@ ALIGNED = 4
 def packed(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> bytes:
     """Return a frame: the length of the header, the header, and the numbers of the arrays.
 
-    Parameters
-    ----------
-    header
-        What the page is told besides; the shapes of the arrays are added.
-    arrays
-        Arrays by name, in the order in which they are laid out.
+    To what the page is told besides the shapes of the arrays are added; they are laid out in order.
     """
     shapes = [[name, list(array.shape)] for name, array in arrays.items()]
     text = json.dumps(finite({**header, "arrays": shapes}), allow_nan=False).encode()

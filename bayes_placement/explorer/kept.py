@@ -87,13 +87,5 @@ class KeptPage(NamedTuple):
 
 
 def kept_page(folder: Path | None, *about: Any) -> KeptPage:
-    """Return the files of a model and what was measured.
-
-    Parameters
-    ----------
-    folder
-        Their folder; None to keep nothing.
-    *about
-        Experiment, measurement and baseline.
-    """
+    """Return the files of a model and what was measured; without a folder nothing is kept."""
     return KeptPage(folder, content_hash(*about)[:16])

@@ -153,15 +153,7 @@ def explore(
 def opened(
     experiment: Experiment, measurement: Measurements, baseline: Measurements | None, given: Given
 ) -> Explorer:
-    """Open a page, and take up what was done on it before.
-
-    Parameters
-    ----------
-    experiment, measurement, baseline
-        As of `explore`.
-    given
-        What it is about besides.
-    """
+    """Open a page, and take up what was done on it before."""
     from .kept import FOLDER, kept_page
     from .live import LivePage
     from .page_frames import Surroundings

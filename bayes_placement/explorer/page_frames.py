@@ -44,17 +44,7 @@ class Surroundings(NamedTuple):
 
 
 def model_frame(session: Session, data: Data, around: Surroundings) -> bytes:
-    """Return what never changes: lines, what was measured, structure and channels.
-
-    Parameters
-    ----------
-    session
-        The session.
-    data
-        Measured outputs.
-    around
-        What the page was given besides.
-    """
+    """Return what never changes: lines, what was measured, structure and channels."""
     experiment = session.states[0].model.experiment
     header = {
         "is": "model",
@@ -74,15 +64,7 @@ def model_frame(session: Session, data: Data, around: Surroundings) -> bytes:
 
 
 def curves_frame(response: Response, **header: Any) -> bytes:
-    """Return what a model predicts, and its error.
-
-    Parameters
-    ----------
-    response
-        The response.
-    **header
-        What is told besides: the name of the curves, and what they belong to.
-    """
+    """Return what a model predicts, and its error; the header names the curves and their owner."""
     arrays = {
         "predicted": response.predicted,
         "deviation": response.deviation,
@@ -95,15 +77,7 @@ def curves_frame(response: Response, **header: Any) -> bytes:
 
 
 def state_for_page(session: Session, shown: list[Slider]) -> dict[str, Any]:
-    """Return numbers, effects and steps of the model at hand.
-
-    Parameters
-    ----------
-    session
-        The session.
-    shown
-        Sliders of its unknowns.
-    """
+    """Return numbers, effects and steps of the model at hand."""
     model = session.model
     given = {effect.name for effect in session.states[0].model.experiment.effects}
     new = [effect for effect in model.experiment.effects if effect.name not in given]

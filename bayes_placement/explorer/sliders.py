@@ -65,13 +65,7 @@ class Slider(NamedTuple):
 
 
 def sliders(experiment: Experiment) -> list[Slider]:
-    """Return a slider for each unknown but the errors of a model error, which are many.
-
-    Parameters
-    ----------
-    experiment
-        The experiment with its effects.
-    """
+    """Return a slider for each unknown but the errors of a model error, which are many."""
     return [
         slider
         for unknown in experiment.unknowns
@@ -152,13 +146,5 @@ def _log_densities(prior: Distribution, values: Any) -> Any:
 
 
 def as_json(shown: list[Slider], values: Mapping[str, float]) -> list[dict[str, Any]]:
-    """Return sliders with their values for the page.
-
-    Parameters
-    ----------
-    shown
-        The sliders.
-    values
-        Values by name.
-    """
+    """Return sliders with their values for the page."""
     return [{**slider._asdict(), "value": values[slider.name]} for slider in shown]

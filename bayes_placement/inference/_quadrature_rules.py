@@ -33,14 +33,7 @@ def product_rule(
 ) -> ProductRule:
     """Lay out the nodes of independent distributions.
 
-    Parameters
-    ----------
-    distributions
-        Scalar distributions by name.
-    nodes
-        Gauss nodes for each continuous one.
-    intervals
-        Part of each; all of it by default.
+    `nodes` are Gauss nodes of each continuous one, over all of it or over its interval.
     """
     pairs = zip(distributions.values(), intervals or [ALL] * len(distributions), strict=True)
     rules = [rule(distribution, nodes, interval) for distribution, interval in pairs]
@@ -60,15 +53,8 @@ def rule(
 ) -> tuple[Shaped[Array, "node"], Float[Array, "node"]]:
     """Nodes and weights that integrate over the distribution of one variable.
 
-    Parameters
-    ----------
-    distribution
-        A scalar distribution, either over finitely many values or with an inverse cumulative
-        distribution function.
-    nodes
-        Number of Gauss-Legendre nodes in probability.
-    interval
-        Part of a continuous distribution that is integrated.
+    It is over finitely many values, or has an inverse cumulative distribution function: then these
+    are Gauss-Legendre nodes in probability, over all of it or an interval.
     """
     if distribution.shape() != ():
         raise InfeasibleError(

@@ -15,12 +15,7 @@ SAMPLE = ("chain", "draw")
 def amplitude(values: np.ndarray, part: int | None) -> np.ndarray:
     """Return log10 of the amplitude of complex outputs; real outputs as they are.
 
-    Parameters
-    ----------
-    values
-        Outputs.
-    part
-        Axis of the real and the imaginary part; None where the outputs have no parts.
+    The part is the axis of real and imaginary part; None where outputs have none.
     """
     if part is None:
         return values
@@ -43,17 +38,9 @@ def labelled_amplitude(values: xr.DataArray) -> xr.DataArray:
 def predictive_band(result: xr.DataTree) -> xr.Dataset:
     """Return the 90 % band of the outputs that a posterior or a prior predicts.
 
-    Parameters
-    ----------
-    result
-        What `infer` or `simulate` returned.
-
-    Returns
-    -------
-    xarray.Dataset
-        By channel pair and line the `mean`, `low` and `high` of the draws of the posterior
-        predictive (of the prior predictive without output error, where there is no posterior),
-        and what was `measured`, if it was; of complex outputs as log10 of the amplitude.
+    By channel pair and line `mean`, `low` and `high` of the draws of the posterior predictive (of
+    the prior predictive without output error, where there is no posterior), and what was
+    `measured`, if it was; of complex outputs as log10 of the amplitude.
     """
     values, measured = labelled_amplitude(_draws(result)), _measured(result)
     shown = None if measured is None else labelled_amplitude(measured)
@@ -63,16 +50,8 @@ def predictive_band(result: xr.DataTree) -> xr.Dataset:
 def phase_band(result: xr.DataTree) -> xr.Dataset | None:
     """Return the 90 % band of the phase [degrees]; None where outputs are not complex.
 
-    Parameters
-    ----------
-    result
-        What `infer` or `simulate` returned.
-
-    Returns
-    -------
-    xarray.Dataset or None
-        As `predictive_band`. The `mean` is the direction of the mean of draws of unit length, and
-        `low` and `high` lie within half a turn of it.
+    The `mean` is the direction of the mean of draws of unit length, and `low` and `high` lie within
+    half a turn of it.
     """
     draws, measured = _draws(result), _measured(result)
     if draws.sizes.get("part", 1) < 2:

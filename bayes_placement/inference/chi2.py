@@ -73,13 +73,7 @@ class Chi2:
 
 
 def misfit_sentence(result: xr.DataTree) -> str:
-    """Say that a model fails, where its noise is known and chi2 says so; else nothing.
-
-    Parameters
-    ----------
-    result
-        What `infer` returned.
-    """
+    """Say that a model fails, where its noise is known and chi2 says so; else nothing."""
     predicted = result["posterior_predictive"]
     if predicted.sizes.get("chain", 1) * predicted.sizes.get("draw", 1) < 2:
         return ""

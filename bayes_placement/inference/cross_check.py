@@ -44,13 +44,6 @@ def method(engine: str, marginal: str) -> Method:
 def standard_methods(experiment: Experiment, engine: Engine | None = None) -> list[Method]:
     """Return the methods that suit an experiment; the first is the one to report.
 
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    engine
-        The engine to report, with latent placement; SMC by default.
-
     Notes
     -----
     Latent placement by SMC and by NUTS, which stops itself where it cannot mix; the paper's kernel
@@ -89,15 +82,7 @@ class Feasible(NamedTuple):
 def feasible(
     methods: Sequence[Method], experiment: Experiment, measurement: Measurements
 ) -> Feasible:
-    """Look, before anything is computed, which methods can treat an experiment.
-
-    Parameters
-    ----------
-    methods
-        The methods.
-    experiment, measurement
-        As of `infer`.
-    """
+    """Look, before anything is computed, which methods can treat an experiment."""
     able, left_out = [], []
     for candidate in methods:
         reason = _obstacle(candidate, experiment, measurement)

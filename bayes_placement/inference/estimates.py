@@ -106,12 +106,8 @@ def from_scalars(
 ) -> dict[str, Any]:
     """Values by name, the elements of an array put together where they come one by one.
 
-    Parameters
-    ----------
-    shapes
-        Shape of each value that is needed, by name.
-    values
-        Values by name; of an array all together, or each element: `structure.damping.ratio[0]`.
+    Shapes are those that are needed; of an array there are all values together, or each element by
+    its name: `structure.damping.ratio[0]`.
     """
     return {name: _value(name, shape, values) for name, shape in shapes.items()}
 

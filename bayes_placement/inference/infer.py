@@ -201,13 +201,7 @@ def memory_needed(
     engine: Engine | str = "smc",
     marginal: Marginal | str = "latent",
 ) -> int:
-    """Memory [bytes] that an inference needs at least, known before anything is computed.
-
-    Parameters
-    ----------
-    experiment, measurement, engine, marginal
-        As of `infer`.
-    """
+    """Memory [bytes] that an inference needs at least, known before anything is computed."""
     explorer, treatment = _engine(engine), _marginal(marginal)
     _check(experiment)
     data = experiment.data(measurement)

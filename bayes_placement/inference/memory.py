@@ -19,13 +19,6 @@ def working_bytes(function: Bound[Any], *arguments: Any) -> int:
 
     Every intermediate array counts from where it is computed to where it is used last. XLA fuses
     many of them and needs less.
-
-    Parameters
-    ----------
-    function
-        What is to be computed: `compiled(function).bound(*trees)`.
-    *arguments
-        Its arguments.
     """
     return _greatest(function.program(*arguments))
 
@@ -43,14 +36,7 @@ def available_bytes() -> int | None:
 def affordable_batch(function: Bound[Any], argument: Any, most: int) -> int:
     """Return how many evaluations of a function fit into memory at once.
 
-    Parameters
-    ----------
-    function
-        What is computed for each element of a batch: `compiled(function).bound(*trees)`.
-    argument
-        One element.
-    most
-        Most elements of a batch; at least one is returned.
+    They are at least one and at most `most`. The argument is one element of a batch.
     """
     return int(np.clip(MOST_BYTES // max(working_bytes(function, argument), 1), 1, most))
 
@@ -58,14 +44,7 @@ def affordable_batch(function: Bound[Any], argument: Any, most: int) -> int:
 def mapped(function: Callable[[Any], Any], arguments: Any, batch: int) -> Any:
     """Return the values of a function for each element of arrays, a batch of them at once.
 
-    Parameters
-    ----------
-    function
-        What is computed for each element.
-    arguments
-        Tree of arrays with the elements along their first axis.
-    batch
-        Elements at once.
+    Elements lie along the first axis of the arrays.
     """
     if batch >= jax.tree.leaves(arguments)[0].shape[0]:
         return jax.vmap(function)(arguments)

@@ -10,15 +10,7 @@ def names(registry: ModuleType) -> list[str]:
 
 
 def of_name(registry: ModuleType, name: str) -> Any:
-    """Class of a name.
-
-    Parameters
-    ----------
-    registry
-        `engines` or `marginals`.
-    name
-        Name of a class in lower case: `smc`.
-    """
+    """Class of `engines` or `marginals` by its name in lower case: `smc`."""
     from .._types import InputError  # imports JAX, which the list of names must not
 
     classes = dict(zip(names(registry), registry.__all__, strict=True))

@@ -15,11 +15,7 @@ _LARGEST = 2**63
 def jax_key(key: Any) -> Key:
     """Return the JAX key of a seed; a key stays as it is.
 
-    Parameters
-    ----------
-    key
-        An integer of Python or NumPy, or one JAX key, `jax.random.key(0)` or
-        `jax.random.PRNGKey(0)`.
+    A seed is an integer of Python or NumPy.
     """
     return jax.random.PRNGKey(_integer(key)) if _is_integer(key) else _checked(key)
 

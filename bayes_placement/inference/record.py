@@ -24,18 +24,8 @@ def now() -> str:
 def origin(experiment: Experiment, measured: Any) -> dict[str, str]:
     """Date, and hashes of the experiment and of what was measured.
 
-    Parameters
-    ----------
-    experiment
-        The experiment, with its priors.
-    measured
-        One or several measurements.
-
-    Returns
-    -------
-    dict
-        `date` in UTC, `experiment_sha256` and `measurement_sha256`. A hash is empty where an object
-        of the user cannot be written to bytes.
+    They are `date` in UTC, `experiment_sha256` and `measurement_sha256`; a hash is empty where an
+    object of the user cannot be written to bytes.
     """
     return {
         "date": now(),
@@ -47,20 +37,8 @@ def origin(experiment: Experiment, measured: Any) -> dict[str, str]:
 def record(experiment: Experiment, measured: Any, seed: int = 0) -> dict[str, Any]:
     """What a file of results says of its origin.
 
-    Parameters
-    ----------
-    experiment
-        The experiment, with its priors.
-    measured
-        One or several measurements.
-    seed
-        Seed of all random numbers; 0 where a method takes none, since its own are fixed.
-
-    Returns
-    -------
-    dict
-        `versions`, `date`, `seed`, `experiment_sha256`, `measurement_sha256`, and `units`: all
-        numbers are in SI.
+    Besides its origin the `versions`, the `seed` of all random numbers, 0 where a method takes
+    none, since its own are fixed, and `units`: all numbers are in SI.
     """
     return {
         "versions": versions(),

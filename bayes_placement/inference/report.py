@@ -188,16 +188,7 @@ def report(results: Mapping[str, xr.DataTree]) -> CrossCheck:
 def check_result(name: str, result: xr.DataTree, why: str, example: str) -> None:
     """Refuse a tree of another program, such as that of ArviZ's `from_numpyro`.
 
-    Parameters
-    ----------
-    name
-        Its name.
-    result
-        What is to be a result of `infer`.
-    why
-        What it is needed for.
-    example
-        A call that gets what it needs.
+    For the message: its name, why it is needed, and an example of a call that gets it.
 
     Raises
     ------
@@ -215,15 +206,7 @@ def check_result(name: str, result: xr.DataTree, why: str, example: str) -> None
 def numbers(results: Mapping[str, xr.DataTree]) -> pd.DataFrame:
     """Figures of several results as numbers, for a file.
 
-    Parameters
-    ----------
-    results
-        What `infer` returned, by a name for each method.
-
-    Returns
-    -------
-    pandas.DataFrame
-        One row for each method and figure: `method`, `figure`, `value`, `standard_error`.
+    One row for each method and figure: `method`, `figure`, `value`, `standard_error`.
     """
     rows = [
         (name, figure.name, figure.value, figure.error)

@@ -102,13 +102,9 @@ class ResidualsOfState:
     ) -> Float[np.ndarray, "point law datum"]:
         """Residuals at points with other laws on the last ports of the structure.
 
-        Parameters
-        ----------
-        points
-            Points in the coordinates of the problem.
-        laws
-            For each point some laws, numerator and denominator at each line over those of the law
-            that the ports have: of a law of one, these say how it acts there.
+        Points are in the coordinates of the problem. A law is a numerator and a denominator at each
+        line, over those of the law that the ports have: of a law of one, these say how it acts
+        there.
         """
         mine, count = points[:, self.columns], laws.shape[1]
         residual = np.empty((len(points), count, self.size))

@@ -92,14 +92,7 @@ def outputs(
 ) -> xr.Dataset:
     """Arrays of outputs with the names of channels, force levels where there are, parts, lines.
 
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    variables
-        Arrays [*leading, sensor, actuator, (force_level,) (part,) frequency] by name.
-    leading
-        Names of the dimensions before those of an output.
+    They are [*leading, sensor, actuator, (force_level,) (part,) frequency].
     """
     parts = ("part",) if experiment.observe.parts > 1 else ()
     levels = () if experiment.force_levels is None else (FORCE_LEVEL,)

@@ -21,14 +21,8 @@ LEAST_RATIO = 1e-12
 def standardised_residual(known: Experiment, data: Data, logarithmic: Any) -> tuple[Array, Array]:
     """Residuals over their standard deviations, and the sum of the logs of these.
 
-    Parameters
-    ----------
-    known
-        The experiment, nothing of which is unknown.
-    data
-        Measured outputs.
-    logarithmic
-        Whether residuals are those of the complex logarithm, which only complex FRFs have.
+    Nothing of the experiment is unknown. They may be those of the complex logarithm, which only
+    complex FRFs have.
     """
     assert known.noise is not None
     frf = known.frf() if isinstance(known.observe, Complex) else None

@@ -85,13 +85,7 @@ class UnknownSummary(NamedTuple):
 
 
 def summary(result: xr.DataTree) -> list[UnknownSummary]:
-    """Return what a result says of every unknown number of its posterior, in their order.
-
-    Parameters
-    ----------
-    result
-        What `infer` returned.
-    """
+    """Return what a result says of every unknown number of its posterior, in their order."""
     posterior = result["posterior"].to_dataset()
     return [row for name in posterior for row in _of(str(name), posterior[name])]
 

@@ -155,12 +155,8 @@ class UnconstrainedModel(eqx.Module):
     ) -> tuple[Float[Array, "node unknown"], Float[Array, "node"]]:
         """Gauss nodes over the prior of scalar unknowns, and the logs of their weights.
 
-        Parameters
-        ----------
-        nodes
-            Nodes for each unknown; the last unknown runs fastest.
-        box
-            Part of each prior, by its cumulative probabilities; all of it by default.
+        The last unknown runs fastest. The box is a part of each prior, by its cumulative
+        probabilities; all of it by default.
         """
         values, log_weight = product_rule(self.priors, nodes, box)
         return compiled(_flattened)(self, values), log_weight

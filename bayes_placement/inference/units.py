@@ -73,14 +73,8 @@ def _with_power(value: float, deviation: float) -> str:
 def readable(unit: str, field: str, size: float) -> ReadableUnit:
     """Return the unit in which people read a number.
 
-    Parameters
-    ----------
-    unit
-        Its unit in SI.
-    field
-        Last word of its name, which distinguishes shares from other numbers without unit.
-    size
-        Its greatest absolute value.
+    The last word of its name distinguishes shares from other numbers without unit; its size is the
+    greatest absolute value.
     """
     if unit in ("", "1"):
         return ReadableUnit(100.0, "%") if field in PERCENT else ReadableUnit(1.0, "")

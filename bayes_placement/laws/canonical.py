@@ -33,10 +33,7 @@ def canonical(tree: Tree) -> Tree:
 def same_form(law: Law, other: Law) -> bool:
     """Whether two networks are one, whatever the order and grouping of their elements.
 
-    Parameters
-    ----------
-    law, other
-        The networks; their numbers are not compared.
+    Their numbers are not compared.
     """
     return canonical(law.tree()) == canonical(other.tree())
 

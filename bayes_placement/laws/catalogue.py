@@ -60,12 +60,7 @@ def is_grounded(tree: Tree) -> bool:
     """Whether every mass moves against the ground: a chain has masses in its last part alone.
 
     Two networks of the 29 are not, `m-(k|m)` and `m-(c|m)`; `m|(k-m)` and `m|(c-m)` are of the same
-    dynamic stiffness.
-
-    Parameters
-    ----------
-    tree
-        The network; the order of a chain is of no consequence.
+    dynamic stiffness. The order of a chain is of no consequence.
     """
     if isinstance(tree, str):
         return True

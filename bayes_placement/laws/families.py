@@ -48,12 +48,7 @@ def same_family(one: Tree, other: Tree) -> bool:
 def response(tree: Tree, numbers: Any) -> Response:
     """Logarithm of the dynamic stiffness at S, and its slopes.
 
-    Parameters
-    ----------
-    tree
-        The network.
-    numbers
-        Logarithms of the values in the order of the leaves; of an order n log(n / (1 - n)).
+    Numbers are logarithms of the values in the order of the leaves; of an order n log(n / (1 - n)).
     """
     return _response(tree, iter(enumerate(numbers)), len(numbers))
 

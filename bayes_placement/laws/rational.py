@@ -56,18 +56,9 @@ class Rational(NamedTuple):
     ) -> Float[np.ndarray, "place element"]:
         """Natural logarithms of the elements, sizes at abs(s) = 1; NaN where none are positive.
 
-        Parameters
-        ----------
-        strength
-            Measured t at each line: N / (D + h N), of a cut D / (N + h D).
-        receptance
-            Receptance h of the port, of a cut the dynamic stiffness against opening it.
-        weight
-            Inverse of the deviation of t.
-        s
-            i omega over a frequency in the middle.
-        is_cut
-            Whether the law is inserted.
+        The strength is the measured t at each line, N / (D + h N), of a cut D / (N + h D); its
+        weight is one over its deviation. The receptance is that of the port, h, of a cut the
+        dynamic stiffness against opening it; s is i omega over a frequency in the middle.
         """
         held = strength * receptance - 1
         of_numerator, of_denominator = (strength, held) if is_cut else (held, strength)

@@ -68,17 +68,7 @@ class NetworkRows:
     def at_lines(
         self, which: Which, points: Points, omega: Float[np.ndarray, "frequency"]
     ) -> tuple[Stiffness, Slopes]:
-        """Dynamic stiffness of rows, and its slopes along their coordinates.
-
-        Parameters
-        ----------
-        which
-            Network of each row.
-        points
-            Coordinates of each row.
-        omega
-            Angular frequencies [rad/s].
-        """
+        """Dynamic stiffness of rows at lines [rad/s], and its slopes along their coordinates."""
         elastic, elements = self._elements(which, points, omega)
         series, present = self._series[which], self._present[which]
         first, second, third = elements.swapaxes(0, 1)

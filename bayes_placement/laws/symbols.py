@@ -75,13 +75,7 @@ def numbers(law: Law) -> list[Owned]:
 
 
 def table(law: Law) -> pd.DataFrame:
-    """Symbol, element, field, value and unit of each number of a network.
-
-    Parameters
-    ----------
-    law
-        The network.
-    """
+    """Symbol, element, field, value and unit of each number of a network."""
     rows = [
         (number.symbol, type(owner).__name__, number.field, number.value, number.unit)
         for owner, held in numbers(law)

@@ -166,12 +166,6 @@ class Tabulated(Element):
 
 
 def tables_in(tree: Any) -> list[Tabulated]:
-    """Laws of a tree that are tables.
-
-    Parameters
-    ----------
-    tree
-        Any tree, such as the effects of a structure.
-    """
+    """Laws of a tree that are tables."""
     leaves = jax.tree.leaves(tree, is_leaf=lambda leaf: isinstance(leaf, Tabulated))
     return [leaf for leaf in leaves if isinstance(leaf, Tabulated)]

@@ -122,18 +122,8 @@ def panels(
 ) -> Panels:
     """Return the axes of the caller, or those of a new figure outside pyplot.
 
-    Parameters
-    ----------
-    rows, columns
-        Number of panels.
-    axes
-        Axes of the caller, one for each panel, row by row; None for a new figure.
-    heights
-        Relative heights of the rows of a new figure.
-    size
-        Width and height of a panel of a new figure [inch].
-    projection
-        Projection of the panels of a new figure.
+    Axes of the caller stand row by row, one for each panel. Those of a new figure have relative
+    heights of the rows, a size [inch] of each panel and a projection.
 
     Raises
     ------
@@ -167,25 +157,9 @@ def maps_and_bars(
 ) -> Panels:
     """Return panels for maps, and below all one for bars, on a page.
 
-    Maps stand two in a row; wide ones below each other, and high ones in one row.
-
-    Parameters
-    ----------
-    count
-        Number of maps.
-    axes
-        Axes of the caller, the maps and then the bars; None for a new figure.
-    projection
-        Projection of the maps.
-    proportion
-        Width over height of what a map shows.
-    bars_height
-        Height of the bars of a new figure [inch], less where a page is too low.
-
-    Returns
-    -------
-    Panels
-        One row: the maps, then the bars.
+    Maps stand two in a row; wide ones below each other, and high ones in one row. The proportion is
+    width over height of what a map shows; bars are lower than `bars_height` [inch] where a page is
+    too low. Axes of the caller are the maps and then the bars, and so is the result, in one row.
     """
     if axes is not None:
         return panels(1, count + 1, axes)
@@ -210,16 +184,8 @@ def channel_panels(dataset: xr.Dataset, heights: list[float], axes: Any = None) 
     """Return panels for channel pairs: a row for each sensor, columns for actuators and levels.
 
     Where sensors are more than a page is high for, they go on at the right of the first ones; the
-    rows of the result are those of all sensors all the same.
-
-    Parameters
-    ----------
-    dataset
-        What is drawn, with the dimensions `sensor`, `actuator` and `frequency`.
-    heights
-        Relative heights of the panels of one pair, which stand below each other.
-    axes
-        Axes of the caller, row by row; None for a new figure.
+    rows of the result are those of all sensors all the same. Panels of one pair stand below each
+    other with relative heights. Axes of the caller stand row by row.
     """
     columns = dataset.sizes["actuator"] * len(force_levels(dataset))
     count = dataset.sizes["sensor"]

@@ -46,16 +46,8 @@ OF_UNIT = {
 def rule(panel: Axes, unit: str, with_masses: bool) -> None:
     """Draw the lines over a panel in logarithms, whose limits stay, with their values at its edges.
 
-    Springs are labelled at the right, dashpots above, masses below.
-
-    Parameters
-    ----------
-    panel
-        Magnitude over frequency [Hz].
-    unit
-        Unit of the magnitude; of a compliance lines fall.
-    with_masses
-        Whether masses may act there.
+    Springs are labelled at the right, dashpots above, masses below. The panel shows a magnitude
+    over frequency [Hz]; of a compliance lines fall.
     """
     sign = -1 if unit.startswith(("m/", "rad")) else 1
     limits: Any = np.array([*panel.get_xlim()]), np.array([*panel.get_ylim()])

@@ -213,18 +213,7 @@ def draw_interval(
 ) -> None:
     """Draw what was known before as a pale bar, and what is known now as a dot with 95 %.
 
-    Parameters
-    ----------
-    panel
-        Axes to draw in.
-    row
-        Height of the row.
-    before
-        Ends of the bar.
-    posterior
-        Draws.
-    labels
-        Names of the bar, of the interval and of the dot.
+    Labels are the names of the bar, of the interval and of the dot.
     """
     low, high = before
     panel.barh(row, high - low, left=low, height=0.6, color=FAINT, label=labels[0])

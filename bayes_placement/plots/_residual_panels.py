@@ -28,15 +28,7 @@ LABEL = "residual / noise [1]"
 def in_bands(fit: xr.Dataset) -> xr.DataArray:
     """Root mean square of the error over the noise by measured channel pair and band.
 
-    Parameters
-    ----------
-    fit
-        By channel pair and line `error` and `noise`, as `criticism.fitted.fitted` returns them.
-
-    Returns
-    -------
-    xarray.DataArray
-        Of shape (channel, band), with the `edges` of the bands [Hz] as its attribute.
+    The `edges` of the bands [Hz] are its attribute.
     """
     dimensions = [word for word in ("sensor", "actuator", FORCE_LEVEL) if word in fit.dims]
     flat = (fit["error"] / fit["noise"]).stack(channel=dimensions, create_index=False)

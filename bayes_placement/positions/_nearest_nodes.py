@@ -35,14 +35,8 @@ def at_nearest_node(
 ) -> AtNode:
     """Distribution of the node nearest to a position.
 
-    Parameters
-    ----------
-    position
-        Where the nodes are [m].
-    allowed
-        Which of them the position may be read at.
-    place
-        Distribution of the position; None where all nodes are equally likely.
+    It may be read at allowed ones alone. Without a distribution of the position all are equally
+    likely.
     """
     rows = np.flatnonzero(allowed)
     weight, error = _weights(position[rows], place)

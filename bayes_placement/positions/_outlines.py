@@ -23,13 +23,6 @@ def outline_of(position: Any, bounds: Bounds) -> Points:
     Of a segment or a member the stretch itself, of a box or a patch its edges, of a ball its
     circles along the axes, of nodes each as a line without length. Nothing is drawn beyond the
     structure. On a line y and z are 0.
-
-    Parameters
-    ----------
-    position
-        A position that is placed on the structure.
-    bounds
-        Where the structure is [m].
     """
     if isinstance(position, AtNode):
         lines = _nodes(position) if is_unknown(position.node) else []

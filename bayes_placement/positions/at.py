@@ -52,14 +52,7 @@ class RecordedPosition(NamedTuple):
 def position_on(at: At, bounds: Bounds, owner: str, word: str = "position") -> Position:
     """Return a position as numbers and distributions.
 
-    Parameters
-    ----------
-    at
-        The position as it was given.
-    bounds
-        Where the structure is [m].
-    owner, word
-        What is placed, and what its position is called, for the errors.
+    Its owner and what it is called are for the errors.
     """
     place = as_place(at)
     if isinstance(place, Tolerance):

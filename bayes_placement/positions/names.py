@@ -11,12 +11,7 @@ LONGEST = 100
 def printable_name(kind: str, name: str) -> str:
     """Return a name that can be printed.
 
-    Parameters
-    ----------
-    kind
-        What has it, for the message: `Sensor of the name`.
-    name
-        The name.
+    What has it is for the message: `Sensor of the name`.
     """
     needed = "a name is needed, since it stands in tables and files"
     check_kind(kind, name, str, needed, "a text such as 's1'")

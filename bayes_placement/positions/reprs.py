@@ -65,16 +65,7 @@ def notebook_html(
 ) -> str:
     """Return HTML that a notebook shows in the place of `repr`.
 
-    Parameters
-    ----------
-    title
-        What it says, in a sentence.
-    table
-        What is shown below.
-    sentences
-        Sentences below the table.
-    drawing
-        SVG above the table.
+    A drawing, SVG, stands above the table, sentences below.
     """
     rows = table.rename_axis(columns=None).reset_index() if table.index.name else table
     shown = rows.to_html(index=False, border=0, na_rep="") if len(rows) else ""

@@ -33,12 +33,7 @@ def triple(values: Any) -> CartesianComponents:
 def vector(argument: str, values: Any) -> CartesianComponents:
     """Return three finite numbers as a tuple.
 
-    Parameters
-    ----------
-    argument
-        What the numbers were given as, for the error.
-    values
-        The numbers.
+    What they were given as is for the error.
 
     Raises
     ------

@@ -29,16 +29,7 @@ def log_density(
 ) -> Float[Array, ""]:
     """Log of the kernel density estimate at the measured outputs.
 
-    Parameters
-    ----------
-    outputs
-        Outputs of the draws.
-    measured
-        Outputs at which the density is evaluated.
-    variance
-        Variance of the output error, zero for none.
-    kernel
-        Kernel.
+    The variance is that of the output error, zero for none.
     """
     draws = outputs.shape[-1]
     # Differences from what was measured: single precision is lost on the level otherwise.

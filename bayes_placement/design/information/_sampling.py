@@ -24,15 +24,6 @@ def scores(sampling: str, replicates: int, count: int, dimension: int, seed: int
 
     Sobol points have at most 21,201 coordinates; all further ones are independent draws, which
     leaves the estimate right and its error about that of independent draws.
-
-    Parameters
-    ----------
-    sampling
-        One of `SAMPLINGS`.
-    replicates, count, dimension
-        Replicates, points of each, and unknowns.
-    seed
-        Seed.
     """
     check_sampling(sampling)
     random = np.random.default_rng(seed)

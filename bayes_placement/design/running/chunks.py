@@ -126,16 +126,7 @@ class PackedChunk(NamedTuple):
 def chunks(task: Task, moved: Sequence[Candidates], cells: np.ndarray, size: int) -> list[Chunk]:
     """Split placements into chunks; chunks of one task differ only in values.
 
-    Parameters
-    ----------
-    task
-        Common inputs of all placements, without the candidates.
-    moved
-        Candidates of each transducer that is moved.
-    cells
-        Candidate of each transducer [cell, transducer].
-    size
-        Placements of a chunk, at most.
+    Cells are numbers of the candidates of each transducer that is moved [cell, transducer].
     """
     experiment = placed(task.experiment, {transducer.name: None for transducer in moved})
     columns = zip(moved, cells.T, strict=True)

@@ -80,14 +80,8 @@ class Evaluation(NamedTuple):
         """Information gain [cell, 1 + replicate] [nat] at placements.
 
         Minus infinity where it is not finite: at a support that does not move the logarithm of the
-        response is infinite.
-
-        Parameters
-        ----------
-        moved
-            Candidates of each transducer that is moved.
-        cells
-            Candidate of each of them [cell, transducer].
+        response is infinite. Cells are numbers of the candidates of each transducer that is moved
+        [cell, transducer].
         """
         names = [transducer.name for transducer in moved]
         values = nominal_values(self.experiment, names, self.nominal, self.estimator.typical())

@@ -44,16 +44,9 @@ def progress_console() -> Console:
 def progress_bars(console: Console, tasks: Sequence[str]) -> Iterator[Callable[[str], Progress]]:
     """Show how far each task is, with the time left of the one that runs.
 
-    Yields a function that begins a task: it takes the name of the task and returns the function
-    to which the task reports the share that is done. A task ends when the next one begins. What is
-    shown never runs backwards.
-
-    Parameters
-    ----------
-    console
-        Where it is shown: bars in a terminal or notebook, else plain lines.
-    tasks
-        Names of the tasks.
+    Yields a function that begins a task: it takes the name of the task and returns the function to
+    which the task reports the share that is done. A task ends when the next one begins. What is
+    shown never runs backwards. Bars are shown in a terminal or notebook, else plain lines.
     """
     if console.is_terminal or console.is_jupyter:
         with _bars(console) as bars:
@@ -87,15 +80,7 @@ def progress_bar(task: str = "computed") -> Iterator[Progress]:
 
 @contextmanager
 def shown(progress: Progress | None, task: str) -> Iterator[Progress]:
-    """Report to what the caller gives, or else to a bar where somebody looks at one.
-
-    Parameters
-    ----------
-    progress
-        What the caller gives; None for a bar in a terminal or notebook, and nothing elsewhere.
-    task
-        Text before the bar.
-    """
+    """Report to what the caller gives, or else to a bar where somebody looks at one."""
     console = progress_console()
     if progress is not None:
         yield progress

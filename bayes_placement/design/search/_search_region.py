@@ -46,14 +46,7 @@ class SearchRegion(NamedTuple):
 def search_region(experiment: Experiment, name: str, places: Any) -> SearchRegion:
     """Region in which a transducer may be placed.
 
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    name
-        The transducer.
-    places
-        One region; or numbers on a line, between the least and the greatest of which it may be.
+    It is one region, or numbers on a line, between the least and the greatest of which it may be.
     """
     bounds = experiment.structure.modes.bounds()
     region = places if isinstance(places, Tolerance) else _between(experiment, name, places)

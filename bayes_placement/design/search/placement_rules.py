@@ -73,14 +73,8 @@ class PlacementRules(NamedTuple):
     ) -> np.ndarray:
         """Which placements are allowed [placement].
 
-        Parameters
-        ----------
-        experiment
-            The experiment, whose other transducers stay where they are.
-        positions
-            Positions of some of its transducers.
-        undecided
-            Names of transducers to be ignored, since their place is not chosen yet.
+        Other transducers stay where they are in the experiment; undecided ones have no place yet
+        and do not count.
         """
         count = len(next(iter(positions.values())))
         allowed = np.ones(count, dtype=bool)

@@ -124,16 +124,7 @@ def _scale(off: Lines, line: int) -> float:
 def at_multiples(squared: Lines, limit: float, lines: Lines, mains: float) -> _Hum | None:
     """Lines that stand out at multiples; None of fewer than two, or where chance explains them.
 
-    Parameters
-    ----------
-    squared
-        How far each line stands out; NaN where that cannot be judged.
-    limit
-        From where on it does.
-    lines
-        Frequencies [Hz].
-    mains
-        Frequency of the mains [Hz].
+    How far a line stands out is NaN where that cannot be judged. Frequencies are in Hz.
     """
     judged = np.isfinite(squared)
     close = np.asarray(close_to_multiples(lines, mains, _width(lines))) & judged

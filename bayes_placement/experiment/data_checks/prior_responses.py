@@ -27,12 +27,7 @@ def prior_responses(
 ) -> tuple[Response, Sequence[Response]]:
     """FRFs of the measured quantity [m/N, (m/s)/N or (m/s²)/N] of the nominal model, and at draws.
 
-    Parameters
-    ----------
-    record
-        A run, whose experiment is asked.
-    frequency
-        Lines [Hz], above 0.
+    Lines are above 0 Hz.
     """
     derivative = quantity_of(record.measurement.quantity).derivative
     power = (2j * np.pi * frequency) ** derivative

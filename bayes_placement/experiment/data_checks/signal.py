@@ -56,13 +56,7 @@ def check_signal(
 
 
 def is_signal(frfs: Sequence[np.ndarray]) -> bool:
-    """Whether FRFs of a pair each are no noise, which is independent from line to line.
-
-    Parameters
-    ----------
-    frfs
-        Complex FRFs at increasing lines.
-    """
+    """Whether FRFs of a pair each are no noise, which is independent from line to line."""
     scores = np.sum([_scores(frf) for frf in frfs], axis=0) / np.sqrt(len(frfs))
     p_values = 2 * norm.sf(np.abs(scores))
     return bool(p_values.min() < LEVEL / p_values.size)

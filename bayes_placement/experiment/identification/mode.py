@@ -32,14 +32,7 @@ def identified_mode(
 ) -> IdentifiedMode:
     """Return the mode of a pole of a fit.
 
-    Parameters
-    ----------
-    band, fit
-        Lines, and what was fitted to them.
-    number
-        Number of the pole.
-    measured
-        Which pairs of channels were measured, those of the shape first.
+    Pairs of channels that were measured are told by those of the shape first.
     """
     found = shape_of(fit.residue[:, number], fit.variance[:, number], measured)
     phase = np.exp(-0.5j * np.angle(np.sum(found.shape**2)))

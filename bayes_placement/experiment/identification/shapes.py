@@ -48,13 +48,7 @@ def shape_of(
     """Fit residues [channel, other] by a product of a number for each channel of either side.
 
     The product has no scale of its own: the change of least size is that which the residues tell.
-
-    Parameters
-    ----------
-    residue, variance
-        Residues of the pairs that were measured, and their variances.
-    measured
-        Which pairs these are.
+    Residues and variances are those of the pairs that were measured.
     """
     rows, columns = np.nonzero(measured)
     table, weight = np.zeros(measured.shape, complex), np.zeros(measured.shape)

@@ -42,18 +42,8 @@ def travelled(
 ) -> Travelled:
     """Move particles along trajectories of Hamiltonian Monte Carlo.
 
-    Parameters
-    ----------
-    density
-        Log density, up to a constant.
-    key
-        Random key.
-    particles
-        The particles.
-    length
-        Length of a step, in units in which the mean curvature of the log density is 1.
-    batch
-        Particles that are moved at once.
+    The length of a step is in units in which the mean curvature of the log density is 1; `batch`
+    particles are moved at once.
     """
     states = mapped(lambda particle: hmc.init(particle, density), particles, batch)
     inverse_mass = jnp.linalg.inv(_mean_curvature(states.logdensity_grad))

@@ -16,14 +16,8 @@ def evolved(
 ) -> np.ndarray:
     """Return the point of the least cost that a population reaches [unknown].
 
-    Parameters
-    ----------
-    costs
-        Cost at points [point, unknown]; one that is not a number counts as infinite.
-    starts
-        The first population [start, unknown]; points stay within a width of it on either side.
-    seed
-        Seed of the random numbers.
+    A cost that is not a number counts as infinite. Points stay within a width of the first
+    population on either side.
     """
     width = np.ptp(starts, axis=0)
     best = optimize.differential_evolution(

@@ -142,16 +142,8 @@ def fitted_with_sizes(
 ) -> Sized[Kind]:
     """Best fit from some starts, errors having the sizes of greatest evidence.
 
-    Parameters
-    ----------
-    problem
-        The problem at the sizes to begin with.
-    starts
-        Starts [start, unknown].
-    softening
-        Relative errors that FRFs have besides, one after the other, before they have none.
-    rival
-        Another fit. One that is far behind it is given up.
+    FRFs have relative errors besides, one after the other, before they have none. A fit that is far
+    behind its rival is given up.
     """
     tolerant = -np.inf
     for relative_error in softening:

@@ -58,14 +58,7 @@ def laplace(
 ) -> Laplace:
     """Gaussian of the curvature of minus the log posterior density at its mode.
 
-    Parameters
-    ----------
-    mode
-        The mode.
-    curvature
-        The curvature there.
-    least_share
-        Least curvature, over the greatest, that is more than rounding.
+    The least share is the least curvature, over the greatest, that is more than rounding.
     """
     if not np.isfinite(curvature).all():
         return Laplace(mode, np.full(curvature.shape, np.nan), True)

@@ -137,14 +137,8 @@ class LeastSquares:
     ) -> "SquaresAndPrior":
         """Return what a descent makes small.
 
-        Parameters
-        ----------
-        logarithmic
-            Of logarithmic residuals.
-        weight
-            Weight of each datum, zero for one that is held out.
-        prior
-            Prior at points; standard normal by default.
+        A datum that is held out has the weight zero; the prior at points is standard normal by
+        default.
         """
         return SquaresAndPrior(
             self, logarithmic, weight, standard_normal if prior is None else prior

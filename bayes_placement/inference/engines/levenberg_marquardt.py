@@ -110,26 +110,11 @@ def minimise(
     """Final points of the descents from all starts, and the normal equations at these.
 
     Each descent has its own damping; converged descents are no longer evaluated, and of those that
-    meet, one. Slopes are taken where a step is accepted, since two steps of five are not.
-
-    Parameters
-    ----------
-    objective
-        What is made small.
-    starts
-        Starts [start, unknown].
-    steps
-        Maximum number of steps.
-    gain
-        Gain of log density of a step below which a descent has converged.
-    largest
-        Largest absolute value of a coordinate.
-    most_damping
-        Damping above which a descent whose step was rejected ends.
-    count
-        Number of data, where the model may miss them: deviations are then too small, and gains
-        count in units of the mean square of the residuals, where that is above 1. By default they
-        are taken as they are.
+    meet, one. Slopes are taken where a step is accepted, since two steps of five are not. Below a
+    gain of log density of a step a descent has converged; above the most damping it ends where a
+    step was rejected. Coordinates are at most the largest in size. Where the model may miss them
+    the number of data is given: deviations are then too small, and gains count in units of the mean
+    square of the residuals, where that is above 1. By default they are taken as they are.
     """
     points = starts.copy()
     normal = NormalEquations(*(np.array(array) for array in objective.normal_equations(points)))
@@ -222,17 +207,7 @@ def _change_of_damping(decrease: np.ndarray, predicted: np.ndarray) -> np.ndarra
 
 
 def best_fit(points: ParameterPoints, normal: NormalEquations, count: int) -> Fit:
-    """Laplace's approximation about the final point of the highest posterior density.
-
-    Parameters
-    ----------
-    points
-        Final points of the descents [start, unknown].
-    normal
-        Normal equations at these.
-    count
-        Number of data.
-    """
+    """Laplace's approximation about the final point of the highest posterior density."""
     costs = np.nan_to_num(normal.cost, nan=np.inf)
     best = int(np.argmin(costs))
     gaussian = laplace(points[best], normal.curvature[best], ROUNDING)

@@ -42,11 +42,6 @@ class LinearModel(NamedTuple):
         """Log evidence but for a constant, and its slopes along the logs of factors on the sizes.
 
         Minus infinity where rounding leaves no positive definite matrix.
-
-        Parameters
-        ----------
-        logs
-            Log of the factor on each size.
         """
         precision = self.precision.copy()
         for places, log in zip(self.errors, logs, strict=True):
@@ -67,12 +62,7 @@ class LinearModel(NamedTuple):
     ) -> tuple[Logs, float]:
         """Logs of the factors on the sizes of the greatest evidence, and the log evidence gained.
 
-        Parameters
-        ----------
-        low, high
-            Least and greatest log of each, with zero between them.
-        log_prior
-            Log prior density of the sizes and its slopes, at logs of factors; uniform by default.
+        Zero lies between the least and the greatest log of each. Their prior is uniform by default.
         """
 
         def cost(logs: Logs) -> tuple[float, Logs]:

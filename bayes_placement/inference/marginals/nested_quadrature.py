@@ -100,14 +100,7 @@ def nested_nodes(
 ) -> NestedNodes:
     """Lay out the nodes of some unknowns of an experiment.
 
-    Parameters
-    ----------
-    experiment
-        Experiment whose other unknowns will be numbers.
-    distributions
-        Distributions of what is integrated, by name.
-    nodes
-        Gauss nodes for each continuous one.
+    Its other unknowns will be numbers. `nodes` are Gauss nodes of each continuous one.
     """
     inner_is_sensor = len(experiment.actuator) <= len(experiment.sensor)
     kind, side = (

@@ -30,13 +30,6 @@ def completed(stated: Mapping[str, Any], path: Path) -> dict[str, Any]:
 
     Estimates of earlier files have no `effect`, `field` and `word`: these are read from the names
     of the unknowns.
-
-    Parameters
-    ----------
-    stated
-        What stands in the file.
-    path
-        The file, for messages.
     """
     _check(stated, path)
     steps = [_step(step) for step in stated["steps"]]

@@ -16,13 +16,7 @@ _EMBEDDED = re.compile(r"data:image/(png|jpeg);base64,[A-Za-z0-9+/]+=*")
 
 
 def embedded(path: str | Path) -> str:
-    """Return a photograph as an address that holds it.
-
-    Parameters
-    ----------
-    path
-        PNG or JPEG of at most 5 MB.
-    """
+    """Return a photograph, PNG or JPEG of at most 5 MB, as an address that holds it."""
     if not Path(path).is_file():
         raise FileNotFoundError(f"There is no photograph {path}. One that is there: --photo FILE.")
     content = Path(path).read_bytes()

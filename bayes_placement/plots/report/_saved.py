@@ -71,13 +71,7 @@ class Saved(NamedTuple):
         return self.findings[name].to_dataset() if name in self.findings.children else None
 
     def of_models(self, word: str) -> dict[str, xr.Dataset]:
-        """Return what was kept of each model, `fit` or `modes`; as drawn first, where kept.
-
-        Parameters
-        ----------
-        word
-            What is asked for.
-        """
+        """Return what was kept of each model, `fit` or `modes`; as drawn first, where kept."""
         suffixes = {AS_DRAWN: "drawn"} | {name: str(n) for n, name in enumerate(self.models)}
         groups = {name: self.group(f"{word}_{suffix}") for name, suffix in suffixes.items()}
         return {name: group for name, group in groups.items() if group is not None}
