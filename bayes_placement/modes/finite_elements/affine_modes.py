@@ -17,6 +17,7 @@ from .named_matrices import NamedMatrices
 from .nodal_modes import DerivedNodalModes, NodalModes
 
 Point = Float[Array, "3"]
+Powers = tuple[tuple[str, float | int], ...]
 
 
 class ScaledResidual(DerivedNodalModes):
@@ -95,9 +96,7 @@ class AffineModes(DerivedNodalModes):
     stiffness: NamedMatrices = eqx.field(repr=False)
     mass: NamedMatrices = eqx.field(repr=False)
     residual: Float[Array, "part row row"] | None = eqx.field(repr=False)
-    powers: tuple[tuple[str, tuple[tuple[str, float], ...]], ...] = eqx.field(
-        static=True, repr=False
-    )
+    powers: tuple[tuple[str, Powers], ...] = eqx.field(static=True, repr=False)
     report: str = eqx.field(static=True, repr=False)
     frequency_error: float = eqx.field(static=True)
     axes: tuple[int, ...] = eqx.field(static=True, repr=False)
@@ -106,7 +105,7 @@ class AffineModes(DerivedNodalModes):
     def factor(self, part: str) -> Float[Array, ""]:
         """Factor of a part [1]."""
         powers = dict(self.powers)[part]
-        terms = [jnp.asarray(self.parameter[name], float) ** power for name, power in powers]
+        terms = [jnp.asarray(self.parameter[name], float) ** float(power) for name, power in powers]
         return functools.reduce(operator.mul, terms)
 
     def solved(self) -> ChangedModes:

@@ -197,10 +197,7 @@ def affine(
         stiffness=NamedMatrices.of(basis.stiffness, basis.eigenvalues.size),
         mass=NamedMatrices.of(basis.mass, basis.eigenvalues.size),
         residual=of_jax(_residual(matrices, interpolation.used_rows(), stiffness, basis)),
-        powers=tuple(
-            (part, tuple((name, float(power)) for name, power in of_part.items()))
-            for part, of_part in powers.items()
-        ),
+        powers=tuple((part, tuple(of_part.items())) for part, of_part in powers.items()),
         report=str(basis.report),
         frequency_error=basis.report.measured.error,
         axes=nodal.axes,
