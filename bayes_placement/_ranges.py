@@ -23,19 +23,13 @@ IMPOSSIBLE = 1e-6
 
 
 class Range(NamedTuple):
-    """Between what numbers a quantity can be, and what is meant where it is not.
-
-    Parameters
-    ----------
-    least, most
-        The least and the greatest number that it can be.
-    reason
-        What is needed, for the error.
-    """
+    """Between what numbers a quantity can be, and what is meant where it is not."""
 
     least: float
     most: float
+    """The least and the greatest number that it can be."""
     reason: str
+    """What is needed, for the error."""
 
 
 POSITIVE = Range(0.0, np.inf, "it must be above zero")

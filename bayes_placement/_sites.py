@@ -28,52 +28,34 @@ class Role(enum.Enum):
 
 
 class Owner(NamedTuple):
-    """The part of a tree to which an unknown belongs.
-
-    Parameters
-    ----------
-    kind
-        Field that holds it: `sensor`, `actuator`, `effects`, `instrument_effects`, `damping`,
-        `modes`, `noise`; empty for a tree that names no owners.
-    name
-        Its name among those of its kind; empty where there is only one.
-    """
+    """The part of a tree to which an unknown belongs."""
 
     kind: str
+    """Field that holds it: `sensor`, `actuator`, `effects`, `instrument_effects`, `damping`,
+    `modes`, `noise`; empty for a tree that names no owners."""
     name: str = ""
+    """Its name among those of its kind; empty where there is only one."""
 
 
 class Unknown(NamedTuple):
-    """One distribution in a tree.
-
-    Parameters
-    ----------
-    owner
-        What it belongs to.
-    field
-        Field of the owner that it is, or is in.
-    role
-        What it is for.
-    distribution
-        Its prior.
-    unit
-        Unit of its value.
-    name
-        Its path through the tree, for people, files and NumPyro: `sensor.s1.position.x`.
-    path
-        Words of its path within the field, none where it is all of it: `("x",)`.
-    within
-        Between what numbers it can be; None where its field states nothing.
-    """
+    """One distribution in a tree."""
 
     owner: Owner
+    """What it belongs to."""
     field: str
+    """Field of the owner that it is, or is in."""
     role: Role
+    """What it is for."""
     distribution: Distribution
+    """Its prior."""
     unit: str
+    """Unit of its value."""
     name: str
+    """Its path through the tree, for people, files and NumPyro: `sensor.s1.position.x`."""
     path: tuple[str, ...] = ()
+    """Words of its path within the field, none where it is all of it: `("x",)`."""
     within: Range | None = None
+    """Between what numbers it can be; None where its field states nothing."""
 
     @property
     def component(self) -> str:

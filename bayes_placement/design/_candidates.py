@@ -19,24 +19,16 @@ Tree = Any
 
 
 class Candidates(NamedTuple):
-    """Positions at which one transducer is tried.
-
-    Parameters
-    ----------
-    name
-        Its name.
-    recorded
-        Recorded positions [m], [candidate] or [candidate, 3].
-    positions
-        Its position at each of them: numbers and distributions.
-    nominal
-        Nominal value of its unknown coordinates, by name, at each of them.
-    """
+    """Positions at which one transducer is tried."""
 
     name: str
+    """Its name."""
     recorded: np.ndarray
+    """Recorded positions [m], [candidate] or [candidate, 3]."""
     positions: list[Tree]
+    """Its position at each of them: numbers and distributions."""
     nominal: list[dict[str, float | int]]
+    """Nominal value of its unknown coordinates, by name, at each of them."""
 
     def points(self) -> np.ndarray:
         """Recorded positions [candidate, coordinate] [m]."""

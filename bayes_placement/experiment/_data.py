@@ -12,26 +12,18 @@ from .._types import Response
 
 
 class Data(eqx.Module):
-    """Measured outputs, in the shape of the predicted ones.
-
-    Parameters
-    ----------
-    z
-        Measured outputs; zero where nothing was measured.
-    measured
-        Where something was measured.
-    deviation
-        Standard deviation of each output known from the measurement, or None.
-    relative, absolute
-        Standard deviation of each output for E|error|^2 = |H|^2, |H| being the measured amplitude,
-        and for E|error|^2 = 1; None where the noise does not need them.
-    """
+    """Measured outputs, in the shape of the predicted ones."""
 
     z: Response
+    """Measured outputs; zero where nothing was measured."""
     measured: Bool[Array | np.ndarray, "sensor actuator *level_and_part frequency"]
+    """Where something was measured."""
     deviation: Response | None = None
+    """Standard deviation of each output known from the measurement, or None."""
     relative: Response | None = None
     absolute: Response | None = None
+    """Standard deviation of each output for E|error|^2 = |H|^2, |H| being the measured amplitude,
+    and for E|error|^2 = 1; None where the noise does not need them."""
 
     def of(self, sensors: Any = slice(None), actuators: Any = slice(None)) -> "Data":
         """Return the data of some sensor and actuator channels."""

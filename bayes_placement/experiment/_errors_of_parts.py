@@ -26,18 +26,12 @@ OF_WHAT = {
 
 
 class ErrorsOfModes(eqx.Module):
-    """Errors of modes.
-
-    Parameters
-    ----------
-    size
-        Their common size.
-    standard
-        Errors over it, standard normal [mode].
-    """
+    """Errors of modes."""
 
     size: Parameter = eqx.field(metadata=unit("1"))
+    """Their common size."""
     standard: Parameter = eqx.field(metadata=unit("1"))
+    """Errors over it, standard normal [mode]."""
 
     def values(self) -> Float[Array, "mode"]:
         """Errors [1]."""
@@ -52,21 +46,14 @@ class StandardOfPieces(eqx.Module):
 
 
 class ErrorsOfPieces(eqx.Module):
-    """Errors of pieces of a structure.
-
-    Parameters
-    ----------
-    size
-        Their common size.
-    standard
-        Errors over it.
-    shares
-        Share of each piece in the energies between modes.
-    """
+    """Errors of pieces of a structure."""
 
     size: Parameter = eqx.field(metadata=unit("1"))
+    """Their common size."""
     standard: StandardOfPieces = eqx.field(metadata=unit("1"))
+    """Errors over it."""
     shares: PieceShares
+    """Share of each piece in the energies between modes."""
 
     def excess(self) -> Excess:
         """What they add to the modal matrices."""
@@ -88,18 +75,12 @@ class StandardOfChannels(eqx.Module):
 
 
 class ErrorsOfChannels(eqx.Module):
-    """Errors of channels.
-
-    Parameters
-    ----------
-    size
-        Their common size.
-    standard
-        Errors over it.
-    """
+    """Errors of channels."""
 
     size: Parameter = eqx.field(metadata=unit("1"))
+    """Their common size."""
     standard: StandardOfChannels = eqx.field(metadata=unit("1"))
+    """Errors over it."""
 
     def values(self, instruments: Instruments, side: str) -> Float[Array, "channel ..."]:
         """Errors of the channels of a side, in their order [1]."""
@@ -109,18 +90,12 @@ class ErrorsOfChannels(eqx.Module):
 
 
 class ErrorsOfRuns(eqx.Module):
-    """Errors of modes in the run of each actuator.
-
-    Parameters
-    ----------
-    size
-        Their common size.
-    standard
-        Errors over it, standard normal [mode], by the name of the actuator.
-    """
+    """Errors of modes in the run of each actuator."""
 
     size: Parameter = eqx.field(metadata=unit("1"))
+    """Their common size."""
     standard: OrderedDict[str, Parameter] = eqx.field(metadata=unit("1"))
+    """Errors over it, standard normal [mode], by the name of the actuator."""
 
     def values(self, instruments: Instruments) -> Float[Array, "actuator_channel mode"]:
         """Errors in the run of each channel of the actuators, in their order [1]."""

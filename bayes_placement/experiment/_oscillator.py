@@ -28,19 +28,13 @@ Vector = Inexact[Array, "mode"]
 
 
 class Branches(NamedTuple):
-    """Every mode as it is seen from one angular frequency.
-
-    Parameters
-    ----------
-    omega
-        Estimates of natural angular frequencies [rad/s], exact where the stiffness of what is
-        attached is one of a spring or mass.
-    vector
-        Amplitudes of the modes of the structure proper, a column for each.
-    """
+    """Every mode as it is seen from one angular frequency."""
 
     omega: Float[Array, "branch"]
+    """Estimates of natural angular frequencies [rad/s], exact where the stiffness of what is
+    attached is one of a spring or mass."""
     vector: Float[Array, "mode branch"]
+    """Amplitudes of the modes of the structure proper, a column for each."""
 
 
 class Oscillator(NamedTuple):
@@ -49,23 +43,17 @@ class Oscillator(NamedTuple):
     (diag(omega_n^2 m + l) + Phi_p' (1/Z + R/m)^-1 Phi_p - omega^2) q = 0 with the relative modulus
     m, the loss l of the damping law, and attachments of dynamic stiffness Z at ports p, R being the
     static flexibility of the modes left out (MacNeal 1971, DOI 10.1016/0045-7949(71)90031-9).
-
-    Parameters
-    ----------
-    structure, instruments, effects, errors
-        What is seen; instruments are where they truly sat.
-    modes
-        Modes of the structure proper.
-    mode_error
-        Errors of modes, or None.
     """
 
     structure: Structure
     instruments: Instruments
     effects: Sequence[InstrumentEffect]
     errors: ModalErrors | None
+    """What is seen; instruments are where they truly sat."""
     modes: Modes
+    """Modes of the structure proper."""
     mode_error: ModeError | None
+    """Errors of modes, or None."""
 
     @classmethod
     def of(

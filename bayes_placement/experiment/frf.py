@@ -96,22 +96,15 @@ class ShapesAtPoints(NamedTuple):
 
 
 class ModeError(NamedTuple):
-    """By what the first modes differ from those of the model.
-
-    Parameters
-    ----------
-    frequency, damping
-        Factors on natural frequencies and on what the damping law says of them [1].
-    ports
-        What is added to the shapes at attachments, by name [kg^-1/2].
-    pieces
-        What uneven pieces add to the modal matrices; None where no piece is known.
-    """
+    """By what the first modes differ from those of the model."""
 
     frequency: Float[Array, "erroneous"]
     damping: Float[Array, "erroneous"]
+    """Factors on natural frequencies and on what the damping law says of them [1]."""
     ports: Mapping[str, Float[Array, "port erroneous"]] = MappingProxyType({})
+    """What is added to the shapes at attachments, by name [kg^-1/2]."""
     pieces: Excess | None = None
+    """What uneven pieces add to the modal matrices; None where no piece is known."""
 
     def in_run(self, factor: Float[Array, "erroneous"]) -> "ModeError":
         """Return the same with other natural frequencies, those in one run."""
@@ -136,21 +129,14 @@ class ModeError(NamedTuple):
 
 
 class ModalReceptance(NamedTuple):
-    """What each mode adds to a receptance, as a factor of its shapes.
-
-    Parameters
-    ----------
-    modal
-        Receptance of each mode of unit shape.
-    beyond_static
-        The same without its static part.
-    relative_compliance
-        Factor on the static flexibility: one over the modulus, with its loss [1].
-    """
+    """What each mode adds to a receptance, as a factor of its shapes."""
 
     modal: Inexact[Array, "mode frequency"]
+    """Receptance of each mode of unit shape."""
     beyond_static: Inexact[Array, "mode frequency"]
+    """The same without its static part."""
     relative_compliance: Inexact[Array, "frequency"]
+    """Factor on the static flexibility: one over the modulus, with its loss [1]."""
 
 
 def modal_receptance(

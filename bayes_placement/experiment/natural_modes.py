@@ -24,18 +24,12 @@ SAME = 1e-9
 
 
 class NaturalModes(NamedTuple):
-    """Natural frequencies and mode shapes without damping.
-
-    Parameters
-    ----------
-    frequency
-        Natural frequencies [Hz], ascending, without those of rigid-body modes.
-    shape
-        Displacement at points along x, y and z, the greatest of each mode being 1.
-    """
+    """Natural frequencies and mode shapes without damping."""
 
     frequency: Float[np.ndarray, "mode"]
+    """Natural frequencies [Hz], ascending, without those of rigid-body modes."""
     shape: Float[np.ndarray, "mode point 3"]
+    """Displacement at points along x, y and z, the greatest of each mode being 1."""
 
 
 def natural_modes(structure: Structure, points: Any, up_to: float, most: int) -> NaturalModes:
@@ -73,24 +67,16 @@ def natural_modes(structure: Structure, points: Any, up_to: float, most: int) ->
 
 
 class _Pencil(NamedTuple):
-    """Modal matrix of a structure as a function of the angular frequency.
-
-    Parameters
-    ----------
-    at_line
-        `_at_line` of the structure, compiled.
-    natural
-        Natural angular frequencies [mode] of the structure proper [rad/s].
-    shapes
-        Shapes at the ports of all attachments [port, mode] [kg^-1/2].
-    residual
-        Flexibility between ports of the modes left out [m/N].
-    """
+    """Modal matrix of a structure as a function of the angular frequency."""
 
     at_line: Bound[tuple[Array, Array]]
+    """`_at_line` of the structure, compiled."""
     natural: np.ndarray
+    """Natural angular frequencies [mode] of the structure proper [rad/s]."""
     shapes: np.ndarray
+    """Shapes at the ports of all attachments [port, mode] [kg^-1/2]."""
     residual: np.ndarray
+    """Flexibility between ports of the modes left out [m/N]."""
 
     def attached(self, omega: float) -> tuple[float, np.ndarray]:
         """Modulus over that as drawn [1], and stiffness of ports in series with `residual`."""

@@ -29,22 +29,15 @@ ROWS = ("natural frequency", "damping ratio")
 
 
 class ModesOfModel(NamedTuple):
-    """Modes of a model, paired with measured ones.
-
-    Parameters
-    ----------
-    values
-        Natural frequency [Hz], damping ratio [1] and shape at the sensor channels, in any scale.
-    number
-        Number of each among the elastic modes of the model, from 1.
-    assurance
-        Modal assurance criterion [1] of each measured mode with every elastic mode of the model;
-        0 without shapes.
-    """
+    """Modes of a model, paired with measured ones."""
 
     values: Float[Array, "row mode"]
+    """Natural frequency [Hz], damping ratio [1] and shape at the sensor channels, in any scale."""
     number: Int[Array, "mode"]
+    """Number of each among the elastic modes of the model, from 1."""
     assurance: Float[Array, "mode elastic"]
+    """Modal assurance criterion [1] of each measured mode with every elastic mode of the model; 0
+    without shapes."""
 
 
 class Modes(Observation):

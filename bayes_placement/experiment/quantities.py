@@ -8,27 +8,18 @@ from .._types import InputError
 
 
 class Quantity(NamedTuple):
-    """An FRF of motion per force.
-
-    Parameters
-    ----------
-    frf
-        Name of the FRF.
-    motion
-        Name of the motion.
-    derivative
-        Order of the time derivative of the displacement: the power of i w, under exp(+i w t).
-    rate
-        Unit of the motion after that of length, such as `/s`.
-    data_type
-        Ordinate data type in dataset 58 of universal files.
-    """
+    """An FRF of motion per force."""
 
     frf: str
+    """Name of the FRF."""
     motion: str
+    """Name of the motion."""
     derivative: int
+    """Order of the time derivative of the displacement: the power of i w, under exp(+i w t)."""
     rate: str
+    """Unit of the motion after that of length, such as `/s`."""
     data_type: int
+    """Ordinate data type in dataset 58 of universal files."""
 
     @property
     def unit(self) -> str:

@@ -30,21 +30,14 @@ Factor: TypeAlias = Float[Array, "erroneous"]
 
 
 class Drive(NamedTuple):
-    """How a structure is driven and its sensors are mounted.
-
-    Parameters
-    ----------
-    omega
-        Angular frequencies [rad/s].
-    force
-        Amplitude [N] of the force at each; None where it is not known.
-    mounting
-        One of `MOUNTINGS`.
-    """
+    """How a structure is driven and its sensors are mounted."""
 
     omega: Inexact[Array, "frequency"]
+    """Angular frequencies [rad/s]."""
     force: Float[Array, "frequency"] | None
+    """Amplitude [N] of the force at each; None where it is not known."""
     mounting: str
+    """One of `MOUNTINGS`."""
 
 
 def recorded(

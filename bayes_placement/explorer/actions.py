@@ -53,16 +53,11 @@ class Action(abc.ABC):
 
 @dataclasses.dataclass(frozen=True)
 class Moved(Action):
-    """Some unknowns have other values.
-
-    Parameters
-    ----------
-    values
-        These values by name.
-    """
+    """Some unknowns have other values."""
 
     word = "set"
     values: Mapping[str, float]
+    """These values by name."""
 
     def applied(self, model: ValuedModel) -> ValuedModel:
         """Return the model with these values."""
@@ -80,19 +75,13 @@ class Moved(Action):
 
 @dataclasses.dataclass(frozen=True)
 class Added(Action):
-    """One more effect is there.
-
-    Parameters
-    ----------
-    effect
-        The effect as a case states it: its kind, its number among the candidates from 1, a name.
-    values
-        Values of its unknowns to begin with.
-    """
+    """One more effect is there."""
 
     word = "add"
     effect: Mapping[str, Any]
+    """The effect as a case states it: its kind, its number among the candidates from 1, a name."""
     values: Mapping[str, float]
+    """Values of its unknowns to begin with."""
 
     def applied(self, model: ValuedModel) -> ValuedModel:
         """Return the model with the effect."""
@@ -116,16 +105,11 @@ class Added(Action):
 
 @dataclasses.dataclass(frozen=True)
 class Removed(Action):
-    """An effect is taken away.
-
-    Parameters
-    ----------
-    name
-        Its name.
-    """
+    """An effect is taken away."""
 
     word = "remove"
     name: str
+    """Its name."""
 
     def applied(self, model: ValuedModel) -> ValuedModel:
         """Return the model without it."""
@@ -163,16 +147,11 @@ class Drawn(Action):
 
 @dataclasses.dataclass(frozen=True)
 class Refitted(Action):
-    """The model was fitted from where it stood.
-
-    Parameters
-    ----------
-    values
-        Values of the fit.
-    """
+    """The model was fitted from where it stood."""
 
     word = "fit"
     values: Mapping[str, float]
+    """Values of the fit."""
 
     def applied(self, model: ValuedModel) -> ValuedModel:
         """Return the model with the values of the fit."""
@@ -189,28 +168,19 @@ class Refitted(Action):
 
 @dataclasses.dataclass(frozen=True)
 class Improved(Action):
-    """A step that `improve` found.
-
-    Parameters
-    ----------
-    step
-        Its number in the ledger.
-    effects
-        Effects that are new in it, as a case states them.
-    with_model_error
-        Whether the modes and channels have errors besides.
-    sizes
-        Sizes of these errors by name.
-    values
-        Values of all unknowns.
-    """
+    """A step that `improve` found."""
 
     word = "search"
     step: int
+    """Its number in the ledger."""
     effects: Sequence[Mapping[str, Any]]
+    """Effects that are new in it, as a case states them."""
     with_model_error: bool
+    """Whether the modes and channels have errors besides."""
     sizes: Mapping[str, float]
+    """Sizes of these errors by name."""
     values: Mapping[str, float]
+    """Values of all unknowns."""
 
     def applied(self, model: ValuedModel) -> ValuedModel:
         """Return the model with the effects that were found."""

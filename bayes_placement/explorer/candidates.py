@@ -20,21 +20,14 @@ Position = tuple[float, float, float]
 
 
 class Offered(NamedTuple):
-    """A kind of effect that can be added.
-
-    Parameters
-    ----------
-    kind
-        Its name.
-    settings
-        Which part or transducer each of its candidates is about, in words.
-    is_placed
-        Whether it sits at a place that a user can point to.
-    """
+    """A kind of effect that can be added."""
 
     kind: str
+    """Its name."""
     settings: list[str]
+    """Which part or transducer each of its candidates is about, in words."""
     is_placed: bool
+    """Whether it sits at a place that a user can point to."""
 
 
 def offered(experiment: Experiment) -> list[Offered]:

@@ -17,18 +17,12 @@ FOLDER = "explored"
 
 
 class KeptPage(NamedTuple):
-    """Files of one model and measurement.
-
-    Parameters
-    ----------
-    folder
-        Their folder; None where nothing is kept.
-    key
-        Hash of model and measurement.
-    """
+    """Files of one model and measurement."""
 
     folder: Path | None
+    """Their folder; None where nothing is kept."""
     key: str
+    """Hash of model and measurement."""
 
     def take_up(self, session: Session) -> str:
         """Do again in a session what a file holds; say so where it does not fit any more."""

@@ -17,18 +17,12 @@ class MessageError(ValueError):
 
 
 class Message(NamedTuple):
-    """What a page asks for.
-
-    Parameters
-    ----------
-    do
-        The word of what is to be done.
-    content
-        Its fields.
-    """
+    """What a page asks for."""
 
     do: str
+    """The word of what is to be done."""
     content: Mapping[str, Any]
+    """Its fields."""
 
     @property
     def is_preview(self) -> bool:

@@ -21,27 +21,18 @@ FITS = "fits"
 
 
 class Given(NamedTuple):
-    """What a page is about, besides model and measurement.
-
-    Parameters
-    ----------
-    name
-        Name of the model.
-    head
-        Lines of Python that make experiment and measurement; None where the caller has them.
-    folder
-        Folder of what is kept, or None.
-    port
-        Port, or 0 for a free one.
-    saves
-        What can be saved, see `Surroundings`.
-    """
+    """What a page is about, besides model and measurement."""
 
     name: str = "model"
+    """Name of the model."""
     head: str | None = None
+    """Lines of Python that make experiment and measurement; None where the caller has them."""
     folder: Path | None = None
+    """Folder of what is kept, or None."""
     port: int = 0
+    """Port, or 0 for a free one."""
     saves: Mapping[str, Callable[["LivePage"], Path]] = MappingProxyType({})
+    """What can be saved, see `Surroundings`."""
 
 
 class Explorer:

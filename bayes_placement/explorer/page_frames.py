@@ -20,27 +20,18 @@ if TYPE_CHECKING:
 
 
 class Surroundings(NamedTuple):
-    """What a page is given besides model and measurement.
-
-    Parameters
-    ----------
-    name
-        Name of the model.
-    baseline
-        An earlier state that was measured, or None.
-    store
-        Folder in which fits are kept, or None.
-    kept
-        Files in which the state is kept.
-    saves
-        What can be saved, by its word: each is called with the page and returns the file.
-    """
+    """What a page is given besides model and measurement."""
 
     name: str
+    """Name of the model."""
     baseline: Measurements | None
+    """An earlier state that was measured, or None."""
     store: Path | None
+    """Folder in which fits are kept, or None."""
     kept: KeptPage
+    """Files in which the state is kept."""
     saves: Mapping[str, Callable[["LivePage"], Path]]
+    """What can be saved, by its word: each is called with the page and returns the file."""
 
 
 def model_frame(session: Session, data: Data, around: Surroundings) -> bytes:

@@ -23,22 +23,15 @@ Values = Mapping[str, float]
 
 
 class Response(NamedTuple):
-    """What a model predicts with values of its unknowns, and how far it is off.
-
-    Parameters
-    ----------
-    predicted, deviation
-        Outputs [pair, part, line] and the standard deviation of the noise of each.
-    residual
-        Errors over these deviations; NaN where nothing was measured.
-    places
-        Where sensors, actuators and effects are [item, 3] [m], NaN where that means nothing.
-    """
+    """What a model predicts with values of its unknowns, and how far it is off."""
 
     predicted: Float[np.ndarray, "pair part line"]
     deviation: Float[np.ndarray, "pair part line"]
+    """Outputs [pair, part, line] and the standard deviation of the noise of each."""
     residual: Float[np.ndarray, "pair part line"]
+    """Errors over these deviations; NaN where nothing was measured."""
     places: Float[np.ndarray, "item 3"]
+    """Where sensors, actuators and effects are [item, 3] [m], NaN where that means nothing."""
 
     @property
     def chi2(self) -> float:

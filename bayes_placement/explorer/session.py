@@ -29,24 +29,16 @@ SCHEMA = 1
 
 
 class SessionState(NamedTuple):
-    """A model on the page.
-
-    Parameters
-    ----------
-    model
-        Experiment and values.
-    title
-        What was done, in words.
-    action
-        What was done; None at the beginning.
-    parent
-        Number of the state before; None at the beginning.
-    """
+    """A model on the page."""
 
     model: ValuedModel
+    """Experiment and values."""
     title: str
+    """What was done, in words."""
     action: Action | None
+    """What was done; None at the beginning."""
     parent: int | None
+    """Number of the state before; None at the beginning."""
 
 
 class Session:

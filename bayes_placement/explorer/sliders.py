@@ -28,40 +28,28 @@ DEVIATIONS = 4.0
 
 
 class Slider(NamedTuple):
-    """A number that is moved.
-
-    Parameters
-    ----------
-    name
-        The unknown, of an array with the number of the element.
-    owner, label
-        What it belongs to, and its name there.
-    kind
-        Kind of the owner: `modes`, `damping`, `sensor`, `effects`, `noise`.
-    unit, factor
-        Unit in which it is shown, and by what a number in SI is multiplied.
-    low, high
-        Ends of its range, in SI.
-    is_logarithmic, is_whole
-        Whether the range is divided by factors; whether only whole numbers are meant.
-    prior
-        The prior in words.
-    density
-        Prior density along the range over the greatest.
-    """
+    """A number that is moved."""
 
     name: str
+    """The unknown, of an array with the number of the element."""
     owner: str
     label: str
+    """What it belongs to, and its name there."""
     kind: str
+    """Kind of the owner: `modes`, `damping`, `sensor`, `effects`, `noise`."""
     unit: str
     factor: float
+    """Unit in which it is shown, and by what a number in SI is multiplied."""
     low: float
     high: float
+    """Ends of its range, in SI."""
     is_logarithmic: bool
     is_whole: bool
+    """Whether the range is divided by factors; whether only whole numbers are meant."""
     prior: str
+    """The prior in words."""
     density: list[float]
+    """Prior density along the range over the greatest."""
 
 
 def sliders(experiment: Experiment) -> list[Slider]:

@@ -26,22 +26,15 @@ NICE = 5
 
 
 class Told(NamedTuple):
-    """What a worker tells of a task.
-
-    Parameters
-    ----------
-    number
-        Number of the task.
-    word
-        `progress` with a share, `seen` with values, `done` with the result, or `failed` with a
-        sentence.
-    content
-        The same.
-    """
+    """What a worker tells of a task."""
 
     number: int
+    """Number of the task."""
     word: str
+    """`progress` with a share, `seen` with values, `done` with the result, or `failed` with a
+    sentence."""
     content: Any
+    """The same."""
 
 
 class Worker:

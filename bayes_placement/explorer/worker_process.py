@@ -29,22 +29,15 @@ Tell = Callable[[str, Any], None]
 
 
 class AskedOfWorker(NamedTuple):
-    """What a task is about.
-
-    Parameters
-    ----------
-    experiment, measurement
-        The model with its effects, and what was measured.
-    baseline
-        An earlier state, or None.
-    store
-        Folder in which fits are kept, or None.
-    """
+    """What a task is about."""
 
     experiment: Experiment
     measurement: Measurements
+    """The model with its effects, and what was measured."""
     baseline: Measurements | None
+    """An earlier state, or None."""
     store: Path | None
+    """Folder in which fits are kept, or None."""
 
 
 def as_given(asked: AskedOfWorker, tell: Tell) -> dict[str, float]:

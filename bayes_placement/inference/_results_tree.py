@@ -25,44 +25,30 @@ PREDICTED_NUMBERS = 5_000_000
 
 
 class Inference(NamedTuple):
-    """What one inference computed.
-
-    Parameters
-    ----------
-    experiment, data
-        The experiment and the measured outputs.
-    draws
-        What the engine returned.
-    parents
-        Place, among weighted draws, of each draw of equal weight; None where all weigh the same.
-    sampled
-        Values [chain, draw, ...] by name at the draws of the engine.
-    values
-        Values [chain, draw, ...] by name of equal weight, with integrated placements drawn back.
-    predictions
-        `response` without output error, and where there is an output error `replicate` and
-        `log_likelihood` of each datum, all [chain, draw, ...].
-    stats
-        How well integrals over the placement are resolved [chain, draw].
-    divergences
-        Divergence from the prior of all unknowns and of the parameters.
-    mode
-        Values by name of highest posterior density, where the engine looks for it.
-    prior
-        Draws [chain, draw, ...] from the prior, by name.
-    """
+    """What one inference computed."""
 
     experiment: Experiment
     data: Data
+    """The experiment and the measured outputs."""
     draws: EngineDraws
+    """What the engine returned."""
     parents: np.ndarray | None
+    """Place, among weighted draws, of each draw of equal weight; None where all weigh the same."""
     sampled: Values
+    """Values [chain, draw, ...] by name at the draws of the engine."""
     values: Values
+    """Values [chain, draw, ...] by name of equal weight, with integrated placements drawn back."""
     predictions: dict[str, Any]
+    """`response` without output error, and where there is an output error `replicate` and
+    `log_likelihood` of each datum, all [chain, draw, ...]."""
     stats: dict[str, Any]
+    """How well integrals over the placement are resolved [chain, draw]."""
     divergences: dict[str, Divergence]
+    """Divergence from the prior of all unknowns and of the parameters."""
     mode: Values | None
+    """Values by name of highest posterior density, where the engine looks for it."""
     prior: Values
+    """Draws [chain, draw, ...] from the prior, by name."""
 
 
 def tree(inference: Inference, record: dict[str, Any]) -> xr.DataTree:

@@ -20,19 +20,13 @@ from .coordinates import Coordinates
 
 @dataclass(frozen=True)
 class Form:
-    """Form of an experiment without its numbers.
-
-    Parameters
-    ----------
-    structure
-        Structure of its tree.
-    sources
-        For each leaf of the tree, the leaf of the declared experiment that it is; None for a
-        number that differs within the batch.
-    """
+    """Form of an experiment without its numbers."""
 
     structure: Any
+    """Structure of its tree."""
     sources: tuple[int | None, ...]
+    """For each leaf of the tree, the leaf of the declared experiment that it is; None for a number
+    that differs within the batch."""
 
     def shared(self, declared: Experiment) -> list[Any]:
         """Leaves that all experiments of the batch share, from the declared experiment."""

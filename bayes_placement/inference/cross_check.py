@@ -65,18 +65,12 @@ def standard_methods(experiment: Experiment, engine: Engine | None = None) -> li
 
 
 class Feasible(NamedTuple):
-    """Methods that can treat an experiment on this machine, and why the others cannot.
-
-    Parameters
-    ----------
-    methods
-        Those that can, in their order.
-    left_out
-        A sentence on each of the others.
-    """
+    """Methods that can treat an experiment on this machine, and why the others cannot."""
 
     methods: list[Method]
+    """Those that can, in their order."""
     left_out: list[str]
+    """A sentence on each of the others."""
 
 
 def feasible(

@@ -10,21 +10,14 @@ from .weights import effective_size
 
 
 class Weighting(NamedTuple):
-    """Weights of draws [chain, draw], and which of them depend on each other.
-
-    Parameters
-    ----------
-    log_weight
-        Logs of weights that sum to one, or None for equal weights.
-    lineage
-        Number of the family of dependent draws that each belongs to, or None.
-    exact
-        The draws are nodes of a quadrature: sums over them have no sampling error.
-    """
+    """Weights of draws [chain, draw], and which of them depend on each other."""
 
     log_weight: np.ndarray | None = None
+    """Logs of weights that sum to one, or None for equal weights."""
     lineage: np.ndarray | None = None
+    """Number of the family of dependent draws that each belongs to, or None."""
     exact: bool = False
+    """The draws are nodes of a quadrature: sums over them have no sampling error."""
 
 
 class Figures(NamedTuple):

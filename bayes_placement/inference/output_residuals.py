@@ -26,38 +26,26 @@ class Residuals:
 
     The lines of all force levels are concatenated, sorted within each level, so that every
     statistic runs along one axis; `labelled` separates them again.
-
-    Parameters
-    ----------
-    template
-        Measured outputs with their labels.
-    measured
-        Measured outputs; zero where nothing was measured.
-    present
-        Where something was measured.
-    draws
-        Outputs of the model at draws from the posterior.
-    replicates
-        The same with an output error drawn for each; None where the model has no output error.
-    deviation
-        Standard deviation of the noise of each output; None where the noise is not known.
-    frequency
-        Lines [Hz].
-    force_level
-        Number of the force level of each line; zero where there is a single level.
-    unknowns
-        Number of unknowns that were fitted.
     """
 
     template: xr.DataArray
+    """Measured outputs with their labels."""
     measured: FRFParts
+    """Measured outputs; zero where nothing was measured."""
     present: Bool[np.ndarray, "sensor actuator frequency part"]
+    """Where something was measured."""
     draws: Draws
+    """Outputs of the model at draws from the posterior."""
     replicates: Draws | None
+    """The same with an output error drawn for each; None where the model has no output error."""
     deviation: FRFParts | None
+    """Standard deviation of the noise of each output; None where the noise is not known."""
     frequency: Float[np.ndarray, "frequency"]
+    """Lines [Hz]."""
     force_level: Int[np.ndarray, "frequency"]
+    """Number of the force level of each line; zero where there is a single level."""
     unknowns: int
+    """Number of unknowns that were fitted."""
 
     @property
     def is_modal(self) -> bool:

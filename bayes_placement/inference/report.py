@@ -49,22 +49,15 @@ class MethodComparison(NamedTuple):
 
 
 class Figure(NamedTuple):
-    """A figure of a result with its standard error.
-
-    Parameters
-    ----------
-    unknown
-        Name of the unknown that it is of; empty for one of the entire result.
-    statistic
-        What it is: `mean`, `variation`, `log evidence`.
-    value, error
-        Its value and standard error.
-    """
+    """A figure of a result with its standard error."""
 
     unknown: str
+    """Name of the unknown that it is of; empty for one of the entire result."""
     statistic: str
+    """What it is: `mean`, `variation`, `log evidence`."""
     value: float
     error: float
+    """Its value and standard error."""
 
     @property
     def name(self) -> str:

@@ -25,21 +25,14 @@ from .threaded_map import threaded_map
 
 
 class State(NamedTuple):
-    """An experiment, and what was measured in it.
-
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    data
-        Measured outputs.
-    unknowns
-        Names of unknowns that have values of their own in this state.
-    """
+    """An experiment, and what was measured in it."""
 
     experiment: Experiment
+    """The experiment."""
     data: Data
+    """Measured outputs."""
     unknowns: frozenset[str] = frozenset()
+    """Names of unknowns that have values of their own in this state."""
 
 
 class ResidualsOfState:
@@ -151,18 +144,12 @@ class ResidualsOfState:
 
 
 class TracedResiduals(eqx.Module):
-    """Residuals of all states, for compiled functions that serve all problems of one form.
-
-    Parameters
-    ----------
-    states
-        Experiment and data of each state, the experiments' model errors of known sizes.
-    columns
-        Coordinates of the problem that are those of each state.
-    """
+    """Residuals of all states, for compiled functions that serve all problems of one form."""
 
     states: tuple[tuple[Experiment, Data], ...]
+    """Experiment and data of each state, the experiments' model errors of known sizes."""
     columns: tuple[tuple[int, ...], ...] = eqx.field(static=True)
+    """Coordinates of the problem that are those of each state."""
 
     def __call__(self, points: Any, logarithmic: Any) -> tuple[Array, Array]:
         """Residuals [point, datum] and sums of logs [point]."""

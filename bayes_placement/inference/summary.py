@@ -31,30 +31,21 @@ class Peak(NamedTuple):
 
 
 class UnknownSummary(NamedTuple):
-    """What a posterior says of one number, in SI.
-
-    Parameters
-    ----------
-    name
-        Its name.
-    mean, sd, low, high
-        Mean, standard deviation, and ends of the interval that holds 95 %.
-    unit
-        SI unit.
-    readable
-        Unit for people.
-    peaks
-        Its peaks where there is more than one; else empty.
-    """
+    """What a posterior says of one number, in SI."""
 
     name: str
+    """Its name."""
     mean: float
     sd: float
     low: float
     high: float
+    """Mean, standard deviation, and ends of the interval that holds 95 %."""
     unit: str
+    """SI unit."""
     readable: ReadableUnit
+    """Unit for people."""
     peaks: tuple[Peak, ...]
+    """Its peaks where there is more than one; else empty."""
 
     def in_words(self) -> str:
         """Say where the peaks are: `two places: 263 or 283 mm (54 and 46 %)`."""

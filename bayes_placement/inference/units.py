@@ -30,18 +30,12 @@ def three_digits(value: float) -> str:
 
 
 class ReadableUnit(NamedTuple):
-    """A unit for people.
-
-    Parameters
-    ----------
-    factor
-        What a number in SI is multiplied by.
-    name
-        The unit; empty for a plain number.
-    """
+    """A unit for people."""
 
     factor: float
+    """What a number in SI is multiplied by."""
     name: str
+    """The unit; empty for a plain number."""
 
     def number(self, value: float, deviation: float) -> str:
         """Write a number in SI in this unit, to the second digit of its standard deviation."""

@@ -52,26 +52,18 @@ class End(NamedTuple):
 
 
 class Piece(NamedTuple):
-    """Part of a drawing, whose left end is the origin.
-
-    Parameters
-    ----------
-    marks
-        SVG.
-    width, above, below
-        Space that it takes [px].
-    ends
-        Right ends, where it can go on.
-    is_heavy
-        Whether a mass is in it.
-    """
+    """Part of a drawing, whose left end is the origin."""
 
     marks: str
+    """SVG."""
     width: float
     above: float
     below: float
+    """Space that it takes [px]."""
     ends: tuple[End, ...]
+    """Right ends, where it can go on."""
     is_heavy: bool = False
+    """Whether a mass is in it."""
 
 
 def drawing(law: Law, known: Sequence[Owned] | None = None) -> str:

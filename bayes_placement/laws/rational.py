@@ -27,19 +27,13 @@ Lines = Complex[np.ndarray, "place frequency"]
 
 
 class Rational(NamedTuple):
-    """A network as a quotient of polynomials.
-
-    Parameters
-    ----------
-    numerator, denominator
-        Its polynomials in s.
-    elements
-        Number of its elements.
-    """
+    """A network as a quotient of polynomials."""
 
     numerator: Polynomial
     denominator: Polynomial
+    """Its polynomials in s."""
     elements: int
+    """Number of its elements."""
 
     @property
     def products(self) -> list[tuple[tuple[int, ...], ...]]:

@@ -18,23 +18,16 @@ SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
 
 class Number(NamedTuple):
-    """A number of an element, or the strength of a law.
-
-    Parameters
-    ----------
-    letter, numeral
-        Its symbol; the numeral is empty where the letter occurs once.
-    field
-        Its name in the element.
-    value, unit
-        Its value or prior in words, and the unit; that of a pure number is empty.
-    """
+    """A number of an element, or the strength of a law."""
 
     letter: str
     numeral: str
+    """Its symbol; the numeral is empty where the letter occurs once."""
     field: str
+    """Its name in the element."""
     value: str
     unit: str
+    """Its value or prior in words, and the unit; that of a pure number is empty."""
 
     @property
     def latex(self) -> str:

@@ -17,27 +17,18 @@ _ROUNDING = 1e-12  # of the greatest eigenvalue, below which one counts as zero
 
 
 class DerivedModes(Modes):
-    """Modes derived from those of the structure before it was changed.
-
-    Parameters
-    ----------
-    modes
-        The modes before.
-    of_modes
-        Combinations of them.
-    eigenvalues
-        Squares of the natural angular frequencies [(rad/s)^2].
-    added_flexibility
-        Flexibility [m/N] over `flexible_shapes`, besides that of the modes before.
-    repeated_coupling
-        Stiffness between modes of one frequency; None where its derivative is zero.
-    """
+    """Modes derived from those of the structure before it was changed."""
 
     modes: eqx.AbstractVar[Modes]
+    """The modes before."""
     of_modes: eqx.AbstractVar[Float[Array, "mode mode"]]
+    """Combinations of them."""
     eigenvalues: eqx.AbstractVar[Float[Array, "mode"]]
+    """Squares of the natural angular frequencies [(rad/s)^2]."""
     added_flexibility: eqx.AbstractVar[Float[Array, "flexible flexible"]]
+    """Flexibility [m/N] over `flexible_shapes`, besides that of the modes before."""
     repeated_coupling: eqx.AbstractVar[Float[Array, "mode mode"] | None]
+    """Stiffness between modes of one frequency; None where its derivative is zero."""
 
     @abc.abstractmethod
     def flexible_shapes(

@@ -21,22 +21,15 @@ Receptance = Complex[Array, "response reference frequency"]
 
 
 class Eigenpairs(NamedTuple):
-    """Eigenpairs in ascending order, and what still couples those that coincide.
-
-    Parameters
-    ----------
-    values
-        Eigenvalues.
-    vectors
-        Eigenvectors as columns.
-    coupling
-        The matrix between eigenvectors of one repeated eigenvalue, off its diagonal. It is zero,
-        but its derivative is not: it is what the derivatives of the vectors leave out.
-    """
+    """Eigenpairs in ascending order, and what still couples those that coincide."""
 
     values: Float[Array, "mode"]
+    """Eigenvalues."""
     vectors: Float[Array, "mode mode"]
+    """Eigenvectors as columns."""
     coupling: Float[Array, "mode mode"]
+    """The matrix between eigenvectors of one repeated eigenvalue, off its diagonal. It is zero, but
+    its derivative is not: it is what the derivatives of the vectors leave out."""
 
 
 def eigenpairs(matrix: Float[Array, "mode mode"]) -> Eigenpairs:

@@ -24,19 +24,13 @@ _DEPENDENT = 1e-6  # of a modal mass, below which a combination of shapes depend
 
 
 class SoftenedSupport(NamedTuple):
-    """A support on springs.
-
-    Parameters
-    ----------
-    support
-        Number of the support.
-    spring
-        Compliance of its springs: [rad/(N m)] in a rotation, [m/N] in a translation, [m^2/N] along
-        an edge.
-    """
+    """A support on springs."""
 
     support: Number
+    """Number of the support."""
     spring: Parameter
+    """Compliance of its springs: [rad/(N m)] in a rotation, [m/N] in a translation, [m^2/N] along
+    an edge."""
 
     def number(self, static_shapes: StaticShapes) -> Number:
         """Number of the support among all flexible parts."""
@@ -60,18 +54,12 @@ class SoftenedSupport(NamedTuple):
 
 
 class WeakenedRegion(NamedTuple):
-    """A region that loses a share of its stiffness.
-
-    Parameters
-    ----------
-    region
-        Number of the region.
-    loss
-        The share [1].
-    """
+    """A region that loses a share of its stiffness."""
 
     region: Number
+    """Number of the region."""
     loss: Parameter
+    """The share [1]."""
 
     def number(self, static_shapes: StaticShapes) -> Number:
         """Number of the region among all flexible parts."""
@@ -92,18 +80,12 @@ class WeakenedRegion(NamedTuple):
 
 
 class StretchedMember(NamedTuple):
-    """A member under tension: a region of geometric stiffness that gains a share of it.
-
-    Parameters
-    ----------
-    member
-        Number of the member.
-    tension
-        Tension [N].
-    """
+    """A member under tension: a region of geometric stiffness that gains a share of it."""
 
     member: Number
+    """Number of the member."""
     tension: Parameter
+    """Tension [N]."""
 
     def number(self, static_shapes: StaticShapes) -> Number:
         """Number of the member among all flexible parts."""

@@ -21,23 +21,16 @@ _ROUNDING = 1e-12  # of the mass of the structure, added where modes span a shap
 
 
 class Hinge(NamedTuple):
-    """A place where an internal force moves the two sides of a cut relative to each other.
-
-    Parameters
-    ----------
-    at
-        Where [m].
-    order
-        Order of the derivative of the shape that makes the force: 2 for the bending moment of a
-        beam, 3 for its shear force, 1 for the axial force of a bar.
-    compliance
-        Relative rotation or displacement per internal force: [rad/(N m)] for a moment, [m/N] for a
-        force.
-    """
+    """A place where an internal force moves the two sides of a cut relative to each other."""
 
     at: Parameter
+    """Where [m]."""
     order: int
+    """Order of the derivative of the shape that makes the force: 2 for the bending moment of a
+    beam, 3 for its shear force, 1 for the axial force of a bar."""
     compliance: Parameter
+    """Relative rotation or displacement per internal force: [rad/(N m)] for a moment, [m/N] for a
+    force."""
 
 
 class _ResidualCuts(ResidualShapes):

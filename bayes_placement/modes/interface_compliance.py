@@ -35,28 +35,19 @@ class ResidualShapes(eqx.Module):
 
 
 class Interface(NamedTuple):
-    """Interfaces whose two sides may move relative to each other, in terms of the modes.
-
-    Parameters
-    ----------
-    participation
-        Mass products of the elastic modes with the static shapes of unit relative displacements.
-    orthonormal
-        Combinations of the residual shapes that are mass-orthonormal.
-    residual_participation
-        Mass products of these with the static shapes.
-    residual_flexibility
-        Flexibility of these [s^2].
-    compliance
-        Compliances of the interfaces, in series with the structure that resists the relative
-        displacements.
-    """
+    """Interfaces whose two sides may move relative to each other, in terms of the modes."""
 
     participation: Float[Array, "elastic static_shape"]
+    """Mass products of the elastic modes with the static shapes of unit relative displacements."""
     orthonormal: Float[Array, "static_shape static_shape"]
+    """Combinations of the residual shapes that are mass-orthonormal."""
     residual_participation: Float[Array, "static_shape static_shape"]
+    """Mass products of these with the static shapes."""
     residual_flexibility: Float[Array, "static_shape static_shape"]
+    """Flexibility of these [s^2]."""
     compliance: Float[Array, "static_shape static_shape"]
+    """Compliances of the interfaces, in series with the structure that resists the relative
+    displacements."""
 
 
 class CompliantModes(DerivedModes):

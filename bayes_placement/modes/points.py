@@ -19,29 +19,20 @@ from .modes import Coordinates, Modes, Orders
 
 
 class Points(eqx.Module):
-    """Points where a structure is read, driven or held, each along one direction.
-
-    Parameters
-    ----------
-    position
-        Positions [m].
-    direction
-        Unit vectors, in the axes of the structure [1]; of a cut, times the stiffness of the
-        section.
-    shape_error
-        What is added to the shapes of the first modes there [kg^-1/2]; None where they are exact.
-    orders
-        Order of the derivative in position that is read at each point: 0 displacement, of a beam 1
-        slope, 2 bending moment and 3 shear force over its stiffness. None where all are 0.
-    combination
-        Weights of the points in each port; None where every point is a port.
-    """
+    """Points where a structure is read, driven or held, each along one direction."""
 
     position: Float[Array, "point *coordinate"]
+    """Positions [m]."""
     direction: Float[Array | np.ndarray, "point axis"]
+    """Unit vectors, in the axes of the structure [1]; of a cut, times the stiffness of the
+    section."""
     shape_error: Float[Array, "point erroneous"] | None = None
+    """What is added to the shapes of the first modes there [kg^-1/2]; None where they are exact."""
     orders: tuple[int, ...] | None = eqx.field(static=True, default=None)
+    """Order of the derivative in position that is read at each point: 0 displacement, of a beam 1
+    slope, 2 bending moment and 3 shear force over its stiffness. None where all are 0."""
     combination: Float[Array, "port point"] | None = None
+    """Weights of the points in each port; None where every point is a port."""
 
     @property
     def count(self) -> int:

@@ -35,19 +35,14 @@ class PortLaw(NamedTuple):
 
     As a pair, so that a strength of zero is N = 0 and changes nothing, bit for bit, and a pole,
     D = 0, holds the port.
-
-    Parameters
-    ----------
-    points
-        The ports.
-    numerator, denominator
-        N and D at each line, the same of all ports or of each one; of a displacement N / D is in
-        N/m, of a rotation in N m/rad, of a cut less its compliance.
     """
 
     points: Points
+    """The ports."""
     numerator: Inexact[Array, "*port frequency"]
     denominator: Any = 1.0
+    """N and D at each line, the same of all ports or of each one; of a displacement N / D is in
+    N/m, of a rotation in N m/rad, of a cut less its compliance."""
 
     def of_each(self) -> tuple[Inexact[Array, "port frequency"], Inexact[Array, "port frequency"]]:
         """Numerator and denominator of each port, at each line."""
@@ -63,17 +58,12 @@ class Extent(NamedTuple):
     The polynomials are orthogonal, so that a law spread evenly acts on each port as all of it does.
     Fewer are needed than nodes of a quadrature: the displacement is smooth, but the flexibility
     between two places is not where they meet.
-
-    Parameters
-    ----------
-    points
-        The ports, one for each polynomial and direction.
-    length
-        Length of a segment that lies on the line [m]; 1 of a box.
     """
 
     points: Points
+    """The ports, one for each polynomial and direction."""
     length: Float[Array, ""]
+    """Length of a segment that lies on the line [m]; 1 of a box."""
 
 
 def rotation(place: Coordinates, footprint: Any, direction: Any, modes: Modes) -> Points:

@@ -19,19 +19,13 @@ _NODES = 8
 
 
 class PieceShares(NamedTuple):
-    """Share of each piece in the energies between modes.
-
-    Parameters
-    ----------
-    stiffness
-        Modal stiffness of each piece over omega_r omega_s [1]. Summed over the pieces of a line it
-        is one between an elastic mode and itself, and zero else.
-    mass
-        Modal mass of each piece [1], the same of all modes.
-    """
+    """Share of each piece in the energies between modes."""
 
     stiffness: Float[np.ndarray | Array, "piece mode mode"]
+    """Modal stiffness of each piece over omega_r omega_s [1]. Summed over the pieces of a line it
+    is one between an elastic mode and itself, and zero else."""
     mass: Float[np.ndarray | Array, "piece mode mode"]
+    """Modal mass of each piece [1], the same of all modes."""
 
 
 class Excess(NamedTuple):

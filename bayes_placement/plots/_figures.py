@@ -66,21 +66,14 @@ STAR: dict[str, Any] = {
 
 
 class Panels(NamedTuple):
-    """Axes to draw in, in rows and columns.
-
-    Parameters
-    ----------
-    figure
-        The figure.
-    axes
-        Its axes [row, column].
-    is_new
-        Whether the figure was made here; else its layout is the caller's.
-    """
+    """Axes to draw in, in rows and columns."""
 
     figure: Any
+    """The figure."""
     axes: np.ndarray
+    """Its axes [row, column]."""
     is_new: bool
+    """Whether the figure was made here; else its layout is the caller's."""
 
     @property
     def only(self) -> Axes:

@@ -17,21 +17,14 @@ INSIDE = 0.04
 
 
 class Ruling(NamedTuple):
-    """Lines of one kind of element.
-
-    Parameters
-    ----------
-    power
-        Power of omega in its dynamic stiffness.
-    unit
-        Its unit for `EngFormatter`.
-    scale
-        What of this unit one of SI is: a kilogram is 1000 g.
-    """
+    """Lines of one kind of element."""
 
     power: int
+    """Power of omega in its dynamic stiffness."""
     unit: str
+    """Its unit for `EngFormatter`."""
     scale: float = 1.0
+    """What of this unit one of SI is: a kilogram is 1000 g."""
 
 
 OF_UNIT = {

@@ -15,25 +15,17 @@ Draws = Float[np.ndarray, "draw"]
 
 
 class ScaledUnknown(NamedTuple):
-    """One number that was unknown.
-
-    Parameters
-    ----------
-    name
-        Its name.
-    attributes
-        What it belongs to and is for, as in a tree of results.
-    scale
-        The unit in which it is told.
-    prior, posterior
-        Its draws in that unit; no posterior where nothing was inferred.
-    """
+    """One number that was unknown."""
 
     name: str
+    """Its name."""
     attributes: Mapping[str, Any]
+    """What it belongs to and is for, as in a tree of results."""
     scale: ReadableUnit
+    """The unit in which it is told."""
     prior: Draws
     posterior: Draws
+    """Its draws in that unit; no posterior where nothing was inferred."""
 
     @property
     def unit(self) -> str:

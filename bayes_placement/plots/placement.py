@@ -145,21 +145,14 @@ def _draw(panel: Axes, learnt: xr.Dataset, pair: tuple[str, ...], **scale: Any) 
 
 
 class _Profile(NamedTuple):
-    """Information of some transducers, the best over all others.
-
-    Parameters
-    ----------
-    learnt
-        Information by their positions.
-    as_good
-        Which other positions are as good as the best.
-    best
-        Number of the best position of each.
-    """
+    """Information of some transducers, the best over all others."""
 
     learnt: xr.Dataset
+    """Information by their positions."""
     as_good: np.ndarray
+    """Which other positions are as good as the best."""
     best: dict[str, int]
+    """Number of the best position of each."""
 
 
 def _profile(learnt: xr.Dataset, names: tuple[str, ...]) -> _Profile:

@@ -29,18 +29,12 @@ At: TypeAlias = Position | Tolerance | tuple[Parameter, ...] | list[Parameter]
 
 
 class RecordedPosition(NamedTuple):
-    """Where something sits on a structure, and where it was recorded.
-
-    Parameters
-    ----------
-    position
-        Its position [m]: numbers and distributions.
-    recorded
-        Its recorded position [m].
-    """
+    """Where something sits on a structure, and where it was recorded."""
 
     position: Position
+    """Its position [m]: numbers and distributions."""
     recorded: Recorded
+    """Its recorded position [m]."""
 
     def at_record(self, component: str) -> Any:
         """Value of an unknown component of the position where it was recorded."""

@@ -34,19 +34,13 @@ class InformationWarning(UserWarning):
 
 
 class Gain(NamedTuple):
-    """Information gain [nat]: the divergence of the posterior from the prior.
-
-    Parameters
-    ----------
-    estimate
-        The gain by all draws.
-    jackknife
-        The estimate without each replicate. Their spread gives its error and, since replicates are
-        common to all placements, that of a difference between two of them.
-    """
+    """Information gain [nat]: the divergence of the posterior from the prior."""
 
     estimate: Float[Array, ""]
+    """The gain by all draws."""
     jackknife: Float[Array, "replicate"]
+    """The estimate without each replicate. Their spread gives its error and, since replicates are
+    common to all placements, that of a difference between two of them."""
 
 
 Plan = Callable[[Experiment, dict[str, Any]], Gain]

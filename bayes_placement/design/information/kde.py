@@ -130,32 +130,22 @@ class _Draws(NamedTuple):
 
 
 class _ByProducts(eqx.Module):
-    """The estimate where all modes are known, in single precision.
-
-    Parameters
-    ----------
-    known
-        Names of the parameters.
-    varies
-        Which products depend on the parameters; the others are summed once for all draws.
-    scales
-        Scale of each product, by which its residues are divided.
-    varying, constant
-        Spectra of the products that depend on the parameters [replicate, draw, product, frequency],
-        and of the others [product, frequency].
-    placement
-        Scores of the placement [replicate, draw, .].
-    kernel
-        The kernel.
-    """
+    """The estimate where all modes are known, in single precision."""
 
     known: tuple[str, ...] = eqx.field(static=True)
+    """Names of the parameters."""
     varies: tuple[bool, ...] = eqx.field(static=True)
+    """Which products depend on the parameters; the others are summed once for all draws."""
     scales: np.ndarray
+    """Scale of each product, by which its residues are divided."""
     varying: Array
     constant: Array
+    """Spectra of the products that depend on the parameters [replicate, draw, product, frequency],
+    and of the others [product, frequency]."""
     placement: Array
+    """Scores of the placement [replicate, draw, .]."""
     kernel: _KernelName = eqx.field(static=True)
+    """The kernel."""
 
     def __call__(self, at: Experiment, nominal: dict[str, Any]) -> Gain:
         """Information gain of an experiment."""

@@ -134,25 +134,17 @@ class _Separation(eqx.Module):
 
 
 class _Explanation(NamedTuple):
-    """An explanation in coordinates of mean zero and unit covariance: unknowns, then placement.
-
-    Parameters
-    ----------
-    experiment
-        Experiment with the effects of the explanation.
-    shapes
-        Shape of each unknown, by name.
-    mean, root
-        Mean of the draws [unknown], and a root of their covariance [unknown, coordinate].
-    placed
-        Number of coordinates of the placement.
-    """
+    """An explanation in coordinates of mean zero and unit covariance: unknowns, then placement."""
 
     experiment: Experiment
+    """Experiment with the effects of the explanation."""
     shapes: OrderedDict[str, tuple[int, ...]]  # JAX sorts the names in other dictionaries
+    """Shape of each unknown, by name."""
     mean: Any
     root: Any
+    """Mean of the draws [unknown], and a root of their covariance [unknown, coordinate]."""
     placed: int
+    """Number of coordinates of the placement."""
 
     @classmethod
     def of(

@@ -25,29 +25,20 @@ from ..information.estimator import Estimator, Plan
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """Common inputs of some placements. Equal tasks share the plan of their estimator.
-
-    Parameters
-    ----------
-    experiment
-        The experiment; the positions of the transducers that are moved are None.
-    estimator, seed
-        Estimator of the information gain, and its seed.
-    nominal
-        Nominal values of all unknowns but the positions of what is moved, by name.
-    stacks
-        For each transducer that is moved, its position distributions at all candidates, and its
-        nominal position there, each number an array over the candidates.
-    recorded
-        Recorded positions of the candidates [candidate, ...] [m]; results do not depend on them.
-    """
+    """Common inputs of some placements. Equal tasks share the plan of their estimator."""
 
     experiment: Experiment
+    """The experiment; the positions of the transducers that are moved are None."""
     estimator: Estimator
     seed: int
+    """Estimator of the information gain, and its seed."""
     nominal: dict[str, Any]
+    """Nominal values of all unknowns but the positions of what is moved, by name."""
     stacks: dict[str, tuple[Any, dict[str, np.ndarray]]] = field(default_factory=dict)
+    """For each transducer that is moved, its position distributions at all candidates, and its
+    nominal position there, each number an array over the candidates."""
     recorded: dict[str, np.ndarray] = field(default_factory=dict)
+    """Recorded positions of the candidates [candidate, ...] [m]; results do not depend on them."""
 
     @functools.cached_property
     def content(self) -> str:
@@ -84,22 +75,15 @@ class Task:
 
 
 class Chunk(NamedTuple):
-    """Some placements of a task.
-
-    Parameters
-    ----------
-    task
-        Their common inputs.
-    candidates
-        Candidate of each transducer [row, transducer]; the last row is repeated so that all chunks
-        of a task have one size.
-    cells
-        Numbers of the placements among all that were requested [cell].
-    """
+    """Some placements of a task."""
 
     task: Task
+    """Their common inputs."""
     candidates: np.ndarray
+    """Candidate of each transducer [row, transducer]; the last row is repeated so that all chunks
+    of a task have one size."""
     cells: np.ndarray
+    """Numbers of the placements among all that were requested [cell]."""
 
     def content(self) -> str:
         """Hash of all inputs of its result."""

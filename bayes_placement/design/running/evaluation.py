@@ -28,32 +28,22 @@ CHUNK = 100
 
 
 class Evaluation(NamedTuple):
-    """Settings of the estimate of the information gain and of its computation.
-
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    estimator, seed
-        Estimator of the information gain, and its seed.
-    nominal
-        Nominal values of parameters that the user gives, by name.
-    executor, store
-        Executor of the chunks, None for this process; folder for finished chunks, None for none.
-    chunk
-        Placements of a chunk.
-    progress
-        Called with the share that is done.
-    """
+    """Settings of the estimate of the information gain and of its computation."""
 
     experiment: Experiment
+    """The experiment."""
     estimator: Estimator
     seed: int
+    """Estimator of the information gain, and its seed."""
     nominal: Mapping[str, float]
+    """Nominal values of parameters that the user gives, by name."""
     executor: Executor | None
     store: str | Path | None
+    """Executor of the chunks, None for this process; folder for finished chunks, None for none."""
     chunk: int
+    """Placements of a chunk."""
     progress: Progress
+    """Called with the share that is done."""
 
     @classmethod
     def of(

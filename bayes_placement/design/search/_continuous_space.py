@@ -18,24 +18,16 @@ SCATTERED = 4096
 
 
 class ContinuousSpace(NamedTuple):
-    """Placements [placement, side] in shares of the sides of all regions.
-
-    Parameters
-    ----------
-    experiment
-        The experiment with the transducers that are placed or mounted.
-    regions
-        Region of each transducer that is placed.
-    groups
-        Groups of exchangeable transducers.
-    rules
-        Rules for the placements.
-    """
+    """Placements [placement, side] in shares of the sides of all regions."""
 
     experiment: Experiment
+    """The experiment with the transducers that are placed or mounted."""
     regions: Sequence[SearchRegion]
+    """Region of each transducer that is placed."""
     groups: Sequence[Group]
+    """Groups of exchangeable transducers."""
     rules: PlacementRules
+    """Rules for the placements."""
 
     def by_region(self, shares: np.ndarray) -> list[np.ndarray]:
         """Shares of each region [placement, side]."""

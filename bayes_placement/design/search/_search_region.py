@@ -16,21 +16,14 @@ from .._candidates import Candidates, candidates, transducer
 
 
 class SearchRegion(NamedTuple):
-    """Region with straight sides in which a transducer is placed.
-
-    Parameters
-    ----------
-    name
-        The transducer.
-    origin
-        Corner of the region [coordinate] [m].
-    sides
-        Its sides [side, coordinate] [m].
-    """
+    """Region with straight sides in which a transducer is placed."""
 
     name: str
+    """The transducer."""
     origin: np.ndarray
+    """Corner of the region [coordinate] [m]."""
     sides: np.ndarray
+    """Its sides [side, coordinate] [m]."""
 
     def points(self, shares: np.ndarray) -> np.ndarray:
         """Places [place, coordinate] [m] at shares of the sides [place, side]."""

@@ -25,25 +25,17 @@ Selection: TypeAlias = tuple[str, ...]
 
 
 class SearchSpace(NamedTuple):
-    """Transducers to be placed, with their candidates, rules and costs.
-
-    Parameters
-    ----------
-    evaluation
-        How information is estimated, of the experiment with all its transducers.
-    places
-        Places to try, by the name of the transducer.
-    rules
-        Rules for the placements.
-    cost
-        Information gain that some transducers must add to be placed [nat], by name; all others are
-        always placed.
-    """
+    """Transducers to be placed, with their candidates, rules and costs."""
 
     evaluation: Evaluation
+    """How information is estimated, of the experiment with all its transducers."""
     places: Places
+    """Places to try, by the name of the transducer."""
     rules: PlacementRules
+    """Rules for the placements."""
     cost: Mapping[str, float]
+    """Information gain that some transducers must add to be placed [nat], by name; all others are
+    always placed."""
 
     def checked(self) -> "SearchSpace":
         """Return the search space after a check of its rules and costs."""

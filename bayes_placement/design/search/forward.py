@@ -13,21 +13,14 @@ from .strategy import Search, Trials, recorded
 
 
 class _Step(NamedTuple):
-    """Trials with some added transducers, and the best of them.
-
-    Parameters
-    ----------
-    trials
-        Placements with all of these transducers.
-    cell
-        Candidate of each transducer that is placed, by name.
-    net_gain
-        Information gain there less the cost [nat].
-    """
+    """Trials with some added transducers, and the best of them."""
 
     trials: Trials
+    """Placements with all of these transducers."""
     cell: Mapping[str, int]
+    """Candidate of each transducer that is placed, by name."""
     net_gain: float
+    """Information gain there less the cost [nat]."""
 
 
 class Forward(Search):

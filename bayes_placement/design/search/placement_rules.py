@@ -21,22 +21,15 @@ LEAST_SHARE = 0.01
 
 
 class PlacementRules(NamedTuple):
-    """Rules for placements: forbidden regions and a least distance.
-
-    Parameters
-    ----------
-    forbidden
-        Regions in which nothing may be recorded: low and high corner [m], numbers on a line.
-    least_distance
-        Least distance [m] between recorded positions of sensors, and of actuators, of which one is
-        moved; None for 1 % of the greatest extent of the structure.
-    least_between
-        Least distance [m] between a sensor and an actuator of which one is moved.
-    """
+    """Rules for placements: forbidden regions and a least distance."""
 
     forbidden: Sequence[tuple[Recorded, Recorded]] = ()
+    """Regions in which nothing may be recorded: low and high corner [m], numbers on a line."""
     least_distance: float | None = None
+    """Least distance [m] between recorded positions of sensors, and of actuators, of which one is
+    moved; None for 1 % of the greatest extent of the structure."""
     least_between: float = 0.0
+    """Least distance [m] between a sensor and an actuator of which one is moved."""
 
     def checked(self, experiment: Experiment) -> "PlacementRules":
         """Return the rules, the distance with its default, after a check that they fit."""

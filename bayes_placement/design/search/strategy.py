@@ -14,25 +14,17 @@ from ._search_space import Group, SearchSpace, Selection, gain_as_mounted
 
 
 class Trials(NamedTuple):
-    """Placements that were tried.
-
-    Parameters
-    ----------
-    positions
-        Recorded position of each transducer that is placed, by name [placement].
-    gain
-        Information gain [placement, 1 + replicate] [nat]: the estimate, then without each
-        replicate.
-    near_best
-        Which placements are next to the best one [placement].
-    evaluations
-        Number of placements that were evaluated, intermediate ones included.
-    """
+    """Placements that were tried."""
 
     positions: list[dict[str, Any]]
+    """Recorded position of each transducer that is placed, by name [placement]."""
     gain: np.ndarray
+    """Information gain [placement, 1 + replicate] [nat]: the estimate, then without each
+    replicate."""
     near_best: np.ndarray
+    """Which placements are next to the best one [placement]."""
     evaluations: int
+    """Number of placements that were evaluated, intermediate ones included."""
 
     @staticmethod
     def of(positions: list[dict[str, Any]], gain: np.ndarray) -> "Trials":

@@ -21,39 +21,27 @@ DEGREE = np.pi / 180
 
 
 class Mistake(NamedTuple):
-    """What was made of the right FRFs.
-
-    Parameters
-    ----------
-    words
-        What the FRFs look like, after "look".
-    remedy
-        The line that mends it.
-    log_size
-        Natural logarithm of the right amplitude, by the record, the model and the frequency [Hz];
-        NaN where no amplitude gives such a record.
-    log_slope
-        Logarithm of the change of that by that of log |record|.
-    phase
-        What the mistake makes of a phase [rad].
-    axis
-        Frequencies of the record over the right ones.
-    is_of_parts
-        Whether one sensor or one actuator alone may have it.
-    turns_time
-        Whether it turns the sense of time alone, which lines away from resonances do not tell.
-    """
+    """What was made of the right FRFs."""
 
     words: str
+    """What the FRFs look like, after "look"."""
     remedy: str
+    """The line that mends it."""
     log_size: Callable[[Records, Model, Frequency], Values] = lambda frf, model, frequency: np.log(
         np.abs(frf)
     )
+    """Natural logarithm of the right amplitude, by the record, the model and the frequency [Hz];
+    NaN where no amplitude gives such a record."""
     log_slope: Change = np.zeros_like
+    """Logarithm of the change of that by that of log |record|."""
     phase: Change = lambda phase: phase
+    """What the mistake makes of a phase [rad]."""
     axis: float = 1.0
+    """Frequencies of the record over the right ones."""
     is_of_parts: bool = False
+    """Whether one sensor or one actuator alone may have it."""
     turns_time: bool = False
+    """Whether it turns the sense of time alone, which lines away from resonances do not tell."""
 
 
 AS_GIVEN = Mistake("as given", "")

@@ -21,23 +21,16 @@ PLACE_PRECISION = 1e-3
 
 
 class Fault(NamedTuple):
-    """A fault of a record.
-
-    Parameters
-    ----------
-    sensor, actuator
-        Channels that it was seen in.
-    value, threshold
-        The statistic, and what it may be at most.
-    sentence
-        What is wrong, and what to do.
-    """
+    """A fault of a record."""
 
     sensor: str
     actuator: str
+    """Channels that it was seen in."""
     value: float
     threshold: float
+    """The statistic, and what it may be at most."""
     sentence: str
+    """What is wrong, and what to do."""
 
 
 class Pair(NamedTuple):
@@ -49,21 +42,14 @@ class Pair(NamedTuple):
 
 @dataclass(frozen=True)
 class Record:
-    """One run of a measurement at all its lines, in the channels of an experiment.
-
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    measurement
-        What was measured, with the channels of the experiment.
-    level
-        Number of its force level.
-    """
+    """One run of a measurement at all its lines, in the channels of an experiment."""
 
     experiment: "Experiment"
+    """The experiment."""
     measurement: Measurement
+    """What was measured, with the channels of the experiment."""
     level: int
+    """Number of its force level."""
 
     @property
     def frf(self) -> Complex[np.ndarray, "sensor actuator frequency"]:

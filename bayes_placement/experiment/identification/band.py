@@ -29,24 +29,16 @@ Lines = Complex[np.ndarray, "pair frequency"]
 
 
 class Band(NamedTuple):
-    """FRFs about some resonances.
-
-    Parameters
-    ----------
-    frequency
-        Lines [Hz].
-    frf
-        FRFs, each over its standard deviation.
-    weight
-        Inverse of the standard deviations.
-    is_known
-        Whether these are known; else they are right up to one factor.
-    """
+    """FRFs about some resonances."""
 
     frequency: Float[np.ndarray, "frequency"]
+    """Lines [Hz]."""
     frf: Lines
+    """FRFs, each over its standard deviation."""
     weight: Float[np.ndarray, "pair frequency"]
+    """Inverse of the standard deviations."""
     is_known: bool
+    """Whether these are known; else they are right up to one factor."""
 
     @property
     def middle(self) -> float:
@@ -72,36 +64,25 @@ class PoleFit(NamedTuple):
     """Poles of greatest likelihood, and how errors of them and of the residues belong together.
 
     All errors are circular complex Gaussian: covariances are E[error conj(error)].
-
-    Parameters
-    ----------
-    pole
-        Poles as places on the lines of the band, of a positive imaginary part where they decay.
-    covariance
-        Covariance of their errors, if the noise is as stated.
-    residue
-        Residues, in the unit of the FRFs times the half width.
-    variance
-        Variance of each residue, were the poles known.
-    slope
-        Change of each residue (the first pole) with each pole (the second).
-    squares
-        Sum of |residual|^2 over the variance of the noise.
-    data, unknowns
-        Numbers of complex data, and of complex unknowns.
-    least_excess
-        Least scatter about the fit over the noise: 1 where the noise is known.
     """
 
     pole: Poles
+    """Poles as places on the lines of the band, of a positive imaginary part where they decay."""
     covariance: Complex[np.ndarray, "pole pole"]
+    """Covariance of their errors, if the noise is as stated."""
     residue: Complex[np.ndarray, "pair pole"]
+    """Residues, in the unit of the FRFs times the half width."""
     variance: Float[np.ndarray, "pair pole"]
+    """Variance of each residue, were the poles known."""
     slope: Complex[np.ndarray, "pair pole pole"]
+    """Change of each residue (the first pole) with each pole (the second)."""
     squares: float
+    """Sum of |residual|^2 over the variance of the noise."""
     data: int
     unknowns: int
+    """Numbers of complex data, and of complex unknowns."""
     least_excess: float
+    """Least scatter about the fit over the noise: 1 where the noise is known."""
 
     @property
     def excess(self) -> float:

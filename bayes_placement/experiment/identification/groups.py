@@ -30,21 +30,14 @@ Peaks = Float[np.ndarray, "peak"]
 
 
 class PeakGroup(NamedTuple):
-    """Peaks that are fitted together.
-
-    Parameters
-    ----------
-    peaks
-        Their frequencies [Hz].
-    widths
-        Their half-power bandwidths [Hz].
-    inside
-        Which lines are fitted.
-    """
+    """Peaks that are fitted together."""
 
     peaks: Peaks
+    """Their frequencies [Hz]."""
     widths: Peaks
+    """Their half-power bandwidths [Hz]."""
     inside: Bool[np.ndarray, "frequency"]
+    """Which lines are fitted."""
 
     def holds(self, frequency: float) -> bool:
         """Whether a pole is one of the peaks, or so near one that both make one peak."""

@@ -10,21 +10,14 @@ from .shapes import shape_of
 
 
 class IdentifiedMode(NamedTuple):
-    """One mode.
-
-    Parameters
-    ----------
-    values
-        Natural frequency [Hz], damping ratio [1] and shape of unit length.
-    covariance
-        Covariance of their errors. That of the scale of the shape means nothing.
-    imaginary
-        Share of the shape that is imaginary after the best turn [1].
-    """
+    """One mode."""
 
     values: Float[np.ndarray, "row"]
+    """Natural frequency [Hz], damping ratio [1] and shape of unit length."""
     covariance: Float[np.ndarray, "row row"]
+    """Covariance of their errors. That of the scale of the shape means nothing."""
     imaginary: float
+    """Share of the shape that is imaginary after the best turn [1]."""
 
 
 def identified_mode(

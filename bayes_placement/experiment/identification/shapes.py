@@ -14,22 +14,15 @@ CHANCE = 0.01
 
 
 class ShapeFit(NamedTuple):
-    """Complex shape of a mode at the channels of one side.
-
-    Parameters
-    ----------
-    shape
-        The shape, of any scale and phase.
-    of_residues
-        What each residue that was measured contributes to it, to first order.
-    squares, freedom
-        Sum of |residue - product|^2 over their variances, and its complex degrees of freedom.
-    """
+    """Complex shape of a mode at the channels of one side."""
 
     shape: Complex[np.ndarray, "channel"]
+    """The shape, of any scale and phase."""
     of_residues: Complex[np.ndarray, "channel pair"]
+    """What each residue that was measured contributes to it, to first order."""
     squares: float
     freedom: int
+    """Sum of |residue - product|^2 over their variances, and its complex degrees of freedom."""
 
     def excess(self, level: float) -> float:
         """Variance of residues about the product over a level; 1 where errors of these explain it.

@@ -17,34 +17,22 @@ from ..threaded_map import threaded_map
 
 
 class Block(NamedTuple):
-    """Data that the same unknowns change, which are all of different groups.
-
-    Parameters
-    ----------
-    unknowns
-        The unknowns.
-    data
-        The data: a slice where they follow each other.
-    """
+    """Data that the same unknowns change, which are all of different groups."""
 
     unknowns: np.ndarray
+    """The unknowns."""
     data: slice | np.ndarray
+    """The data: a slice where they follow each other."""
 
 
 @dataclass(frozen=True)
 class ColumnGroups:
-    """Unknowns in groups, no two of one group changing the same datum.
-
-    Parameters
-    ----------
-    group
-        Group of each unknown.
-    changes
-        Which data each unknown changes.
-    """
+    """Unknowns in groups, no two of one group changing the same datum."""
 
     group: np.ndarray
+    """Group of each unknown."""
     changes: Bool[np.ndarray, "unknown datum"]
+    """Which data each unknown changes."""
 
     @property
     def number(self) -> int:

@@ -51,21 +51,15 @@ class Reference(eqx.Module):
 
     What engines call the prior is that Gaussian; what they call the likelihood is the posterior
     density over it, so that the evidence is that of the model.
-
-    Parameters
-    ----------
-    evaluate
-        Residuals over their standard deviations, and the sum of the logs of these.
-    gaussian
-        The Gaussian.
-    dimension, count
-        Number of unknowns and of data.
     """
 
     evaluate: Evaluate
+    """Residuals over their standard deviations, and the sum of the logs of these."""
     gaussian: Laplace
+    """The Gaussian."""
     dimension: int = eqx.field(static=True)
     count: int = eqx.field(static=True)
+    """Number of unknowns and of data."""
 
     def least_squares(self) -> None:
         """Not over the Gaussian."""

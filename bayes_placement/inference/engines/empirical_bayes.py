@@ -95,43 +95,28 @@ class Hierarchy(Protocol):
 
 
 class Rival(NamedTuple):
-    """Another fit, behind which a fit is given up.
-
-    Parameters
-    ----------
-    tolerant
-        Its log evidence once FRFs have a relative error of no more than `TOLERANT` besides.
-    early
-        Its log evidence after the first steps without softening.
-    evidence
-        Its log evidence in the end.
-    """
+    """Another fit, behind which a fit is given up."""
 
     tolerant: float = -np.inf
+    """Its log evidence once FRFs have a relative error of no more than `TOLERANT` besides."""
     early: float = -np.inf
+    """Its log evidence after the first steps without softening."""
     evidence: float = -np.inf
+    """Its log evidence in the end."""
 
 
 @dataclass(frozen=True)
 class Sized(Generic[Kind]):
-    """A fit, and the problem at the sizes that were found for it.
-
-    Parameters
-    ----------
-    problem
-        The problem.
-    fit
-        Its fit; the evidence is that of the model with unknown sizes.
-    deviations
-        Standard deviation of the log of each size, by name.
-    as_rival
-        Its evidence on the way, by which other fits are given up.
-    """
+    """A fit, and the problem at the sizes that were found for it."""
 
     problem: Kind
+    """The problem."""
     fit: Fit
+    """Its fit; the evidence is that of the model with unknown sizes."""
     deviations: dict[str, float]
+    """Standard deviation of the log of each size, by name."""
     as_rival: Rival
+    """Its evidence on the way, by which other fits are given up."""
 
 
 def fitted_with_sizes(

@@ -63,44 +63,30 @@ class PosteriorDensity(Protocol):
 
 
 class EngineDraws(eqx.Module):
-    """What an engine returns.
-
-    Parameters
-    ----------
-    position
-        Flat vectors [chain, draw, unknown].
-    log_likelihood
-        Log likelihood of each draw [chain, draw].
-    log_weight
-        Log weight of each draw [chain, draw]; None where all weigh the same.
-    lineage
-        Draws that descend from the same first particle carry the same number [chain, draw]; None
-        where draws are independent or a Markov chain.
-    exact
-        The draws are nodes of a quadrature; sums over them have no sampling error.
-    mode
-        Flat vector of the highest posterior density, where the engine looks for it.
-    log_evidence, log_evidence_error
-        Log of the evidence and its standard error; NaN where the engine does not give them.
-    stats
-        Statistics of each draw [chain, draw].
-    attributes
-        Statistics of the run.
-    warnings
-        One sentence for each diagnostic that fails, with what to do.
-    """
+    """What an engine returns."""
 
     position: Any
+    """Flat vectors [chain, draw, unknown]."""
     log_likelihood: Any
+    """Log likelihood of each draw [chain, draw]."""
     log_weight: Any = None
+    """Log weight of each draw [chain, draw]; None where all weigh the same."""
     lineage: Any = None
+    """Draws that descend from the same first particle carry the same number [chain, draw]; None
+    where draws are independent or a Markov chain."""
     exact: bool = False
+    """The draws are nodes of a quadrature; sums over them have no sampling error."""
     mode: Any = None
+    """Flat vector of the highest posterior density, where the engine looks for it."""
     log_evidence: float = float("nan")
     log_evidence_error: float = float("nan")
+    """Log of the evidence and its standard error; NaN where the engine does not give them."""
     stats: dict[str, Any] = eqx.field(default_factory=dict)
+    """Statistics of each draw [chain, draw]."""
     attributes: dict[str, Any] = eqx.field(default_factory=dict)
+    """Statistics of the run."""
     warnings: tuple[str, ...] = ()
+    """One sentence for each diagnostic that fails, with what to do."""
 
 
 @with_short_repr

@@ -10,21 +10,14 @@ LEAST_CURVATURE = 1e-8
 
 
 class Laplace(NamedTuple):
-    """Gaussian about a mode.
-
-    Parameters
-    ----------
-    mode
-        Its mean [unknown].
-    root
-        Factor of its covariance, root @ root.T [unknown, unknown].
-    is_flat
-        Whether the posterior is flat along some direction, where the Gaussian means nothing.
-    """
+    """Gaussian about a mode."""
 
     mode: Float[np.ndarray, "unknown"]
+    """Its mean [unknown]."""
     root: Float[np.ndarray, "unknown unknown"]
+    """Factor of its covariance, root @ root.T [unknown, unknown]."""
     is_flat: bool
+    """Whether the posterior is flat along some direction, where the Gaussian means nothing."""
 
     @property
     def covariance(self) -> Float[np.ndarray, "unknown unknown"]:

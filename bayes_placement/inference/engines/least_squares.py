@@ -41,24 +41,16 @@ class Terms(NamedTuple):
 
 
 class Jacobian(NamedTuple):
-    """Residuals and their slopes at points.
-
-    Parameters
-    ----------
-    residual
-        Residuals over their standard deviations [point, datum].
-    log_scale
-        Sum of the logs of the standard deviations [point].
-    slopes
-        Slopes of the residuals [point, unknown, datum].
-    widening
-        Slopes of the sum of logs [point, unknown].
-    """
+    """Residuals and their slopes at points."""
 
     residual: np.ndarray
+    """Residuals over their standard deviations [point, datum]."""
     log_scale: np.ndarray
+    """Sum of the logs of the standard deviations [point]."""
     slopes: np.ndarray
+    """Slopes of the residuals [point, unknown, datum]."""
     widening: np.ndarray
+    """Slopes of the sum of logs [point, unknown]."""
 
 
 class LeastSquares:
@@ -200,24 +192,16 @@ class LeastSquares:
 
 
 class SquaresAndPrior(NamedTuple):
-    """Half a sum of squares, logs of standard deviations and a prior: what a descent makes small.
-
-    Parameters
-    ----------
-    problem
-        The problem.
-    logarithmic
-        Whether residuals are logarithmic.
-    weight
-        Weight of each datum; None where all count alike.
-    prior
-        Minus log prior density at points, its gradient and its curvature.
-    """
+    """Half a sum of squares, logs of deviations and a prior: what a descent makes small."""
 
     problem: LeastSquares
+    """The problem."""
     logarithmic: bool
+    """Whether residuals are logarithmic."""
     weight: np.ndarray | None
+    """Weight of each datum; None where all count alike."""
     prior: Callable[[ParameterPoints], Terms]
+    """Minus log prior density at points, its gradient and its curvature."""
 
     def cost(self, points: ParameterPoints) -> np.ndarray:
         """Minus log posterior density at points [point]; it takes no slopes."""

@@ -53,33 +53,22 @@ class Objective(Protocol):
 
 
 class Fit(NamedTuple):
-    """Mode of the posterior and a Gaussian about it, in standard normal coordinates.
-
-    Parameters
-    ----------
-    point
-        The mode [unknown].
-    cost
-        Minus the log posterior density at the mode, without constants.
-    squares
-        Sum of the squared residuals at the mode.
-    gaussian
-        Laplace's approximation.
-    log_evidence
-        Log evidence by Laplace's approximation.
-    reached
-        Number of starts whose descents ended at a density as high.
-    elsewhere
-        Other places of that density at which descents ended [place, unknown].
-    """
+    """Mode of the posterior and a Gaussian about it, in standard normal coordinates."""
 
     point: np.ndarray
+    """The mode [unknown]."""
     cost: float
+    """Minus the log posterior density at the mode, without constants."""
     squares: float
+    """Sum of the squared residuals at the mode."""
     gaussian: Laplace
+    """Laplace's approximation."""
     log_evidence: float
+    """Log evidence by Laplace's approximation."""
     reached: int
+    """Number of starts whose descents ended at a density as high."""
     elsewhere: Float[np.ndarray, "mode unknown"] = np.zeros((0, 0))
+    """Other places of that density at which descents ended [place, unknown]."""
 
     @property
     def determined(self) -> float:

@@ -23,27 +23,18 @@ NEAR, STEPS, FOLLOWED = 10, 100, 6
 
 
 class ModeWithSizes(NamedTuple):
-    """A mode at the sizes of greatest evidence, and draws about it.
-
-    Parameters
-    ----------
-    mode
-        Coordinates of all unknowns, sizes among them [unknown].
-    points
-        Draws of these [draw, unknown].
-    log_density
-        Log density by which the draws were made [draw].
-    log_evidence
-        Log evidence by Laplace's method.
-    is_flat
-        Whether the posterior is flat along some direction.
-    """
+    """A mode at the sizes of greatest evidence, and draws about it."""
 
     mode: np.ndarray
+    """Coordinates of all unknowns, sizes among them [unknown]."""
     points: np.ndarray
+    """Draws of these [draw, unknown]."""
     log_density: np.ndarray
+    """Log density by which the draws were made [draw]."""
     log_evidence: float
+    """Log evidence by Laplace's method."""
     is_flat: bool
+    """Whether the posterior is flat along some direction."""
 
 
 def mode_with_sizes(sized: Sized, draws: int, seed: int) -> ModeWithSizes:

@@ -19,24 +19,16 @@ Slope = Callable[[Logs], tuple[float, Logs]]
 
 
 class LinearModel(NamedTuple):
-    """Minus log likelihood, half u' A u - b' u, of errors with normal priors.
-
-    Parameters
-    ----------
-    information
-        A, Fisher's information of the data.
-    pull
-        b, what the data pull at.
-    precision
-        Precision of the prior of each unknown.
-    errors
-        Unknowns whose priors have one size, for each size.
-    """
+    """Minus log likelihood, half u' A u - b' u, of errors with normal priors."""
 
     information: Float[np.ndarray, "unknown unknown"]
+    """A, Fisher's information of the data."""
     pull: Float[np.ndarray, "unknown"]
+    """b, what the data pull at."""
     precision: Float[np.ndarray, "unknown"]
+    """Precision of the prior of each unknown."""
     errors: Sequence[Int[np.ndarray, "error"]]
+    """Unknowns whose priors have one size, for each size."""
 
     def log_evidence(self, logs: Logs) -> tuple[float, Logs]:
         """Log evidence but for a constant, and its slopes along the logs of factors on the sizes.

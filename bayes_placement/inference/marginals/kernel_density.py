@@ -22,18 +22,12 @@ from .marginal import IntegratedLikelihood
 
 
 class Kernel(NamedTuple):
-    """Gaussian kernels for draws of standard deviation one, mean zero.
-
-    Parameters
-    ----------
-    width
-        Standard deviation of each kernel.
-    shrinkage
-        Distance of its centre from the mean over that of its draw.
-    """
+    """Gaussian kernels for draws of standard deviation one, mean zero."""
 
     width: float
+    """Standard deviation of each kernel."""
     shrinkage: float
+    """Distance of its centre from the mean over that of its draw."""
 
 
 def silverman_width(draws: int, dimension: int) -> float:
@@ -64,23 +58,17 @@ class KernelDensity(IntegratedLikelihood):
 
     A bandwidth for each is needed: z given h lies near a surface of as many dimensions as there are
     unknown positions, so a full covariance is close to singular.
-
-    Parameters
-    ----------
-    data
-        Measured outputs.
-    key
-        JAX key of the draws.
-    draws, kernel, noise_draws, common
-        See `marginals.KDE`; `draws` are its `placement_draws`.
     """
 
     data: Data
+    """Measured outputs."""
     key: Any
+    """JAX key of the draws."""
     draws: int = eqx.field(static=True)
     kernel: str = eqx.field(static=True)
     noise_draws: int | None = eqx.field(static=True)
     common: bool = eqx.field(static=True)
+    """See `marginals.KDE`; `draws` are its `placement_draws`."""
     dimension: int = eqx.field(static=True)
 
     def __init__(

@@ -103,20 +103,14 @@ class IntegratedModel(eqx.Module):
     """NumPyro model of the unknowns that are not integrated, with a likelihood of its own.
 
     It is a tree, so that models of one structure with other numbers share compiled functions.
-
-    Parameters
-    ----------
-    marginal
-        What takes unknowns out of the likelihood.
-    experiment
-        The experiment.
-    likelihood
-        Likelihood of the experiment, integrated over those unknowns.
     """
 
     marginal: Marginal
+    """What takes unknowns out of the likelihood."""
     experiment: Experiment
+    """The experiment."""
     likelihood: IntegratedLikelihood
+    """Likelihood of the experiment, integrated over those unknowns."""
 
     def __call__(self) -> None:
         """Sample what is not integrated, and weight it by the likelihood."""

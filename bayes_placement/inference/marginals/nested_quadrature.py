@@ -30,24 +30,16 @@ MOST_RESPONSES = 4_000_000
 
 
 class SideNodes(NamedTuple):
-    """Nodes of several unknowns; those over finitely many values run slowest.
-
-    Parameters
-    ----------
-    values
-        Values at the nodes, by name.
-    log_weight
-        Logs of the weights of the nodes.
-    finite
-        Number of combinations of the unknowns over finitely many values.
-    continuous
-        Number of continuous unknowns.
-    """
+    """Nodes of several unknowns; those over finitely many values run slowest."""
 
     values: dict[str, Shaped[Array, "node"]]
+    """Values at the nodes, by name."""
     log_weight: Float[Array, "node"]
+    """Logs of the weights of the nodes."""
     finite: int
+    """Number of combinations of the unknowns over finitely many values."""
     continuous: int
+    """Number of continuous unknowns."""
 
 
 class Channels(NamedTuple):
@@ -161,18 +153,12 @@ def _side_nodes(distributions: dict[str, Distribution], nodes: int) -> SideNodes
 
 
 class NestedQuadrature(IntegratedLikelihood):
-    """Likelihood integrated over the nodes of some unknowns.
-
-    Parameters
-    ----------
-    data
-        Measured outputs.
-    nodes
-        Nodes of the integrated unknowns.
-    """
+    """Likelihood integrated over the nodes of some unknowns."""
 
     data: tuple[Data, ...]
+    """Measured outputs."""
     nodes: NestedNodes
+    """Nodes of the integrated unknowns."""
 
     def __init__(self, data: Data, nodes: NestedNodes):
         self.data = tuple(

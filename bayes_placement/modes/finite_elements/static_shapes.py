@@ -47,43 +47,30 @@ class StaticShapes(eqx.Module):
     have the same number of patterns, side by side; zeros fill up. The residual shapes are Psi less
     their part in Phi; combined to X they are, within each part, mass-orthonormal and of diagonal
     flexibility.
-
-    Parameters
-    ----------
-    shape
-        Residual shapes at the rows that are read.
-    participation
-        Phi^T M Psi.
-    orthonormal
-        Combinations of the residual shapes that are X [kg^-1/2].
-    residual_participation
-        X^T M Psi.
-    mass
-        X^T M X: 1 within a part.
-    flexibility
-        X^T M K^-1 M X [s^2].
-    reaction
-        Stiffness of the structure against the patterns, over that of a unit spring in them.
-    tension
-        Tension [N] of each member at which its geometric stiffness is such a spring.
-    supports, regions, members
-        Names.
-    compliance_units
-        Unit of the compliance of each support.
     """
 
     shape: Float[np.ndarray | Array, "row pattern"]
+    """Residual shapes at the rows that are read."""
     participation: Float[np.ndarray | Array, "mode pattern"]
+    """Phi^T M Psi."""
     orthonormal: Square
+    """Combinations of the residual shapes that are X [kg^-1/2]."""
     residual_participation: Square
+    """X^T M Psi."""
     mass: Square
+    """X^T M X: 1 within a part."""
     flexibility: Square
+    """X^T M K^-1 M X [s^2]."""
     reaction: Square
+    """Stiffness of the structure against the patterns, over that of a unit spring in them."""
     tension: Float[np.ndarray | Array, "member"]
+    """Tension [N] of each member at which its geometric stiffness is such a spring."""
     supports: tuple[str, ...] = eqx.field(static=True, default=())
     regions: tuple[str, ...] = eqx.field(static=True, default=())
     members: tuple[str, ...] = eqx.field(static=True, default=())
+    """Names."""
     compliance_units: tuple[str, ...] = eqx.field(static=True, default=())
+    """Unit of the compliance of each support."""
 
     @property
     def patterns_per_part(self) -> int:

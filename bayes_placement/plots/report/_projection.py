@@ -18,18 +18,12 @@ _TILTED = np.array([[0.87, -0.5, 0.0], [0.25, 0.43, 0.87]])
 
 
 class Projection(NamedTuple):
-    """Rows of coordinates across and up, in x, y and z.
-
-    Parameters
-    ----------
-    matrix
-        Coordinates across and up per metre along x, y and z.
-    words
-        Names of the axes of the plane.
-    """
+    """Rows of coordinates across and up, in x, y and z."""
 
     matrix: np.ndarray
+    """Coordinates across and up per metre along x, y and z."""
     words: tuple[str, str]
+    """Names of the axes of the plane."""
 
     @classmethod
     def of(cls, points: np.ndarray) -> "Projection":

@@ -26,30 +26,20 @@ _FILES = (FINDINGS, LEDGER, STATES, "cross_check.csv", "placements.csv")
 
 
 class Saved(NamedTuple):
-    """What is known of a run.
-
-    Parameters
-    ----------
-    folder
-        The folder of the results.
-    about
-        Words on the run: its verdict, sentences, warnings and settings.
-    findings
-        Arrays; empty where none were kept.
-    ledger
-        The ledger, as in its file; empty where there is none.
-    runs
-        What the runs in the folder were given, by command, as `run.json` says.
-    effects
-        Entries of claimed effects, as in the file of `improve`, or else of `explain`.
-    """
+    """What is known of a run."""
 
     folder: Path
+    """The folder of the results."""
     about: dict[str, Any]
+    """Words on the run: its verdict, sentences, warnings and settings."""
     findings: xr.DataTree
+    """Arrays; empty where none were kept."""
     ledger: dict[str, Any]
+    """The ledger, as in its file; empty where there is none."""
     runs: dict[str, Any]
+    """What the runs in the folder were given, by command, as `run.json` says."""
     effects: tuple[dict[str, Any], ...] = ()
+    """Entries of claimed effects, as in the file of `improve`, or else of `explain`."""
 
     def drawing(self, name: str) -> str | None:
         """Return a drawing of the folder by the name of its file; None where there is none."""

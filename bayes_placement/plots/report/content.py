@@ -18,18 +18,12 @@ DIGITS = 6
 
 
 class Table(NamedTuple):
-    """A table: the names of its columns and its rows.
-
-    Parameters
-    ----------
-    columns
-        Names of the columns, with units.
-    rows
-        Cells, numbers as numbers.
-    """
+    """A table: the names of its columns and its rows."""
 
     columns: tuple[str, ...]
+    """Names of the columns, with units."""
     rows: tuple[tuple[Cell, ...], ...]
+    """Cells, numbers as numbers."""
 
     def to_json(self) -> dict[str, Any]:
         """Return it as lists."""
@@ -61,15 +55,10 @@ class Table(NamedTuple):
 
 
 class Text(NamedTuple):
-    """A paragraph, or a list of sentences.
-
-    Parameters
-    ----------
-    sentences
-        The sentences.
-    """
+    """A paragraph, or a list of sentences."""
 
     sentences: tuple[str, ...]
+    """The sentences."""
 
     def to_json(self) -> dict[str, Any]:
         """Return it as a list."""
@@ -82,22 +71,15 @@ class Text(NamedTuple):
 
 
 class Drawing(NamedTuple):
-    """A figure as SVG, with its numbers.
-
-    Parameters
-    ----------
-    svg
-        The drawing, one `svg` element.
-    data
-        What is drawn; None where that is not known.
-    follows_theme
-        Whether its black and white are those of the page; a figure of another origin stays on a
-        light ground.
-    """
+    """A figure as SVG, with its numbers."""
 
     svg: str
+    """The drawing, one `svg` element."""
     data: Table | None = None
+    """What is drawn; None where that is not known."""
     follows_theme: bool = False
+    """Whether its black and white are those of the page; a figure of another origin stays on a
+    light ground."""
 
     def to_json(self) -> dict[str, Any]:
         """Return the drawing and its numbers."""
@@ -113,29 +95,20 @@ class Drawing(NamedTuple):
 
 
 class MovingShapes(NamedTuple):
-    """Mode shapes that move, of one or several models beside each other.
-
-    Parameters
-    ----------
-    points
-        Points of the structure [m], three coordinates each.
-    lines
-        Pairs of numbers of points that are joined; none where the points stand alone.
-    models
-        By the name of a model, its natural frequencies [Hz] and shapes [mode, point, 3], the
-        greatest displacement of each being 1.
-    note
-        How displacements are drawn.
-    marks
-        What is marked on the structure: a `name`, where it is (`at` [m]), and its `kind`, a sensor,
-        an actuator or an effect.
-    """
+    """Mode shapes that move, of one or several models beside each other."""
 
     points: list[list[float]]
+    """Points of the structure [m], three coordinates each."""
     lines: list[list[int]]
+    """Pairs of numbers of points that are joined; none where the points stand alone."""
     models: list[dict[str, Any]]
+    """By the name of a model, its natural frequencies [Hz] and shapes [mode, point, 3], the
+    greatest displacement of each being 1."""
     note: str
+    """How displacements are drawn."""
     marks: list[dict[str, Any]]
+    """What is marked on the structure: a `name`, where it is (`at` [m]), and its `kind`, a sensor,
+    an actuator or an effect."""
 
     def to_json(self) -> dict[str, Any]:
         """Return it as lists."""
@@ -189,30 +162,20 @@ KINDS: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class Item:
-    """One piece of a report.
-
-    Parameters
-    ----------
-    section
-        Section in which it stands.
-    title
-        Its heading.
-    content
-        What is shown.
-    caption
-        One sentence that says what is to be seen.
-    tags
-        Words by which a reader filters.
-    by_user
-        Whether a user added it: a new run leaves it in place.
-    """
+    """One piece of a report."""
 
     section: str
+    """Section in which it stands."""
     title: str
+    """Its heading."""
     content: Content
+    """What is shown."""
     caption: str = ""
+    """One sentence that says what is to be seen."""
     tags: tuple[str, ...] = ()
+    """Words by which a reader filters."""
     by_user: bool = field(default=False)
+    """Whether a user added it: a new run leaves it in place."""
 
     @property
     def kind(self) -> str:

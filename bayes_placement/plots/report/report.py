@@ -54,24 +54,16 @@ _ON_TITLE = ("author", "client", "photo")
 @with_short_repr
 @dataclass
 class Chapter:
-    """What one run gave: a state of a structure, or the data of one week.
-
-    Parameters
-    ----------
-    label
-        Its name in the report.
-    verdict
-        The answer in one sentence.
-    items
-        What stands in it.
-    created
-        When it was written, in ISO 8601.
-    """
+    """What one run gave: a state of a structure, or the data of one week."""
 
     label: str
+    """Its name in the report."""
     verdict: str = ""
+    """The answer in one sentence."""
     items: list[Item] = field(default_factory=list)
+    """What stands in it."""
     created: str = field(default_factory=lambda: _now())
+    """When it was written, in ISO 8601."""
 
     @property
     def sections(self) -> list[tuple[str, list[Item]]]:

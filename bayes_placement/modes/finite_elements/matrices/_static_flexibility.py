@@ -26,24 +26,17 @@ class StaticFlexibility:
     are removed from the displacement: inertia relief (Geradin & Rixen, Mechanical Vibrations,
     2015, section 3.4). It is the pseudo-inverse with respect to the mass, and no rigid-body mode
     is left in it even by rounding.
-
-    Parameters
-    ----------
-    stiffness, mass
-        Matrices on the rows that may move, in an order of elimination that fills little.
-    fields
-        Mass-orthonormal motions without strain energy.
-    pins
-        Rows that hold them.
-    factor
-        Factor of the stiffness without the pinned rows.
     """
 
     stiffness: csc_array
     mass: csc_array
+    """Matrices on the rows that may move, in an order of elimination that fills little."""
     fields: Float[np.ndarray, "row field"]
+    """Mass-orthonormal motions without strain energy."""
     pins: Int[np.ndarray, "pin"]
+    """Rows that hold them."""
     factor: SymmetricFactor
+    """Factor of the stiffness without the pinned rows."""
 
     def __call__(self, force: Float[np.ndarray, "row *column"]) -> Float[np.ndarray, "row *column"]:
         """Displacement [m] under forces [N], orthogonal to the rigid-body fields."""
