@@ -5,6 +5,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Complex, Float
 from scipy.ndimage import median_filter
+from scipy.special import polygamma
+from scipy.stats import norm
+
+from .pooled_variance import neighbours, pooled
 
 if TYPE_CHECKING:
     from .measurement import Measurement
@@ -14,6 +18,18 @@ FEWEST_LINES = 8
 
 NEIGHBOURS = 31
 """Lines over which the share of the noise is a median; a resonance covers fewer."""
+
+DISTANCES = (1, 2, 4, 8, 16)
+"""Distances in lines at which variances are compared."""
+
+DEGREES = 25.0
+"""Complex degrees of freedom of a variance: levels of noise change, and near lines know best."""
+
+ALIKE = 0.5
+"""Share of the scatter of independent lines below which lines are alike."""
+
+FEWEST_AVERAGES = 2
+"""Averages below which the coherence is 1, whatever the noise."""
 
 Pairs = Float[np.ndarray, "sensor actuator frequency"]
 
@@ -58,3 +74,63 @@ def scatter_variance(frf: Complex[np.ndarray, "sensor actuator frequency"]) -> P
     neighbours = (1, 1, min(NEIGHBOURS, padded.shape[-1]))
     ratio = median_filter(padded, neighbours, mode="nearest") / (1.5 * np.log(2))
     return np.asarray(size * ratio)
+
+
+def pooled_by_coherence(measurement: "Measurement") -> Pairs:
+    """Variance of an H1 estimate by coherence and averages, pooled where the coherence scatters.
+
+    With n averages the residual power of a line has n - 1 degrees of freedom, so that
+    |H|^2 (1 - g2) / ((n - 1) g2) has the right mean, but 1 / variance has not: chi2 of a right
+    model would be (n - 1) / (n - 2) (Pintelon and Schoukens, System Identification, 2012, sample
+    maximum likelihood). Neighbouring lines tell the variance well. Lines of coherence 0 or 1 tell
+    none and stay as they are.
+    """
+    assert measurement.averages is not None
+    variance, averages = by_coherence(measurement), float(measurement.averages)
+    if averages < FEWEST_AVERAGES or variance.shape[-1] < FEWEST_LINES:
+        return variance
+    correlated = correlated_lines(variance, averages)
+    if correlated is None:
+        return variance
+    unbiased = variance * averages / (averages - 1)
+    inverse = DEGREES / (DEGREES - 1)  # mean of 1 / variance of an estimate of so many degrees
+    count = neighbours(averages, correlated, DEGREES)
+    result = np.array(unbiased)
+    for pair in np.ndindex(*variance.shape[:2]):
+        useful = _is_useful(unbiased[pair])
+        if useful.sum() >= FEWEST_LINES:
+            lines, amplitude = unbiased[pair][useful], np.abs(measurement.frf[pair][useful])
+            result[pair][useful] = inverse * pooled(
+                lines, np.ones(lines.size), amplitude, averages, count
+            )
+    return result
+
+
+def correlated_lines(variance: Pairs, averages: float) -> float | None:
+    """Lines that count as one where variances are estimates of so many averages; else None.
+
+    The logarithm of an estimate has the variance trigamma(n - 1), and so a known scatter of its
+    second differences, from the distance on at which lines are independent: windows and padded
+    records make neighbours alike. There, twice the distance changes the scatter by less than 2,
+    while it multiplies that of a variance that is known, or was smoothed, by 4.
+    """
+    expected = norm.ppf(0.75) * np.sqrt(6 * polygamma(1, averages - 1))
+    for distance in DISTANCES:
+        near, far = (_scatter(variance, lines) / expected for lines in (distance, 2 * distance))
+        if near >= ALIKE:
+            return 2.0 * distance if far < 2 * near else None
+    return None
+
+
+def _scatter(variance: Pairs, distance: int) -> float:
+    """Median size of the second differences of the logarithm; NaN where lines are too few."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        level = np.log(variance)
+        middle = level[..., distance:-distance]
+        apart = np.abs(level[..., : -2 * distance] - 2 * middle + level[..., 2 * distance :])
+    apart = apart[np.isfinite(apart)]
+    return float(np.median(apart)) if apart.size else float("nan")
+
+
+def _is_useful(variance: Float[np.ndarray, "frequency"]) -> np.ndarray:
+    return np.isfinite(variance) & (variance > 0)

@@ -9,11 +9,11 @@ import numpy as np
 import xarray as xr
 
 from ..positions.channel import Channel, Channels, check_distinct, checked, match, parsed
+from . import _measurement_arrays, line_choice
 from . import _measurement_checks as checks
-from . import _measurement_dataset, line_choice
-from ._estimated_coherence import pooled_by_coherence
 from ._measurement_arrays import as_pairs, frozen
 from ._measurement_words import sentence
+from ._noise_level import pooled_by_coherence
 from .measured_lines import measured_lines
 from .quantities import converted, frf_name
 from .scatter_of_lines import scatter_of
@@ -353,13 +353,13 @@ class Measurement:
 
     def to_dataset(self) -> xr.Dataset:
         """Return the measurement as a labelled dataset, complex numbers as an axis `part`."""
-        return _measurement_dataset.dataset(self)
+        return _measurement_arrays.dataset(self)
 
     def __repr__(self) -> str:
         """Say what was measured in one paragraph."""
         return sentence(self)
 
-    _repr_html_ = _measurement_dataset.html
+    _repr_html_ = _measurement_arrays.html
 
     @cached_property
     def _variance_by_coherence(self) -> np.ndarray | None:

@@ -2,12 +2,8 @@
 
 from .canonical import canonical
 from .catalogue import classes, law_of, networks
-from .dashpot import Dashpot
+from .elements import Dashpot, LossySpring, Mass, Spring, Springpot
 from .law import Law, Parallel, Scaled, Series
-from .lossy_spring import LossySpring
-from .mass import Mass
-from .spring import Spring
-from .springpot import Springpot
 from .tabulated import Tabulated
 
 __all__ = [

@@ -8,13 +8,9 @@ from typing import Any
 
 from .._types import InputError, shown
 from .canonical import canonical, group
-from .dashpot import Dashpot
+from .elements import Dashpot, LossySpring, Mass, Spring, Springpot
 from .families import invariant, same_family
 from .law import Element, Law, Parallel, Series, Tree
-from .lossy_spring import LossySpring
-from .mass import Mass
-from .spring import Spring
-from .springpot import Springpot
 
 ELEMENTS: dict[str, tuple[type[Element], int]] = {
     "k": (Spring, 1),

@@ -7,12 +7,8 @@ from typing import Any
 from numpyro import distributions
 
 from .._types import InputError
-from .dashpot import Dashpot
+from .elements import Dashpot, LossySpring, Mass, Spring, Springpot
 from .law import Law
-from .lossy_spring import LossySpring
-from .mass import Mass
-from .spring import Spring
-from .springpot import Springpot
 
 ELEMENTS: Mapping[str, type[Law]] = {
     kind.__name__: kind for kind in (Spring, Dashpot, Mass, Springpot, LossySpring)

@@ -1,9 +1,8 @@
 """Reading of mode shapes, known at nodes, at any position of a structure."""
 
 from ._elements import Elements, linear, reference_corners
-from ._frame_elements import frame, frame_geometric_stiffness
+from ._hermite_elements import frame, frame_geometric_stiffness, plate
 from ._interpolation import Interpolation, NodalModel, Reading
-from ._plate_elements import plate
 from ._scattered import Nearest, Scattered, nearest, scattered
 from ._scikit_fem_elements import scikit_fem
 
