@@ -181,13 +181,7 @@ def observing_modes(experiment: Experiment, measured: ModalParameters) -> Experi
     """Return the experiment as one that observes modal parameters: without actuators and lines.
 
     Sensors of which no shape was measured are left out, and so are effects that modes do not show.
-
-    Parameters
-    ----------
-    experiment
-        The experiment, of FRFs or of modes.
-    measured
-        What was measured; shapes at other sensors than those of the experiment are not used.
+    Shapes at other sensors than those of the experiment are not used.
 
     Examples
     --------

@@ -17,11 +17,6 @@ from .response import ResponseOf
 def as_drawn(experiment: Experiment) -> dict[str, float]:
     """Return recorded positions and the means of all other priors, elements of arrays one by one.
 
-    Parameters
-    ----------
-    experiment
-        The experiment.
-
     Examples
     --------
     >>> from bayes_placement.explorer.steps import as_drawn
@@ -38,14 +33,7 @@ def as_drawn(experiment: Experiment) -> dict[str, float]:
 def chi2(experiment: Experiment, measurement: Measurements, values: Mapping[str, float]) -> float:
     """Return the reduced chi-square of a model with values of its unknowns.
 
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    measurement
-        What was measured.
-    values
-        Value of each unknown by name, elements of arrays one by one.
+    Elements of arrays have values one by one.
 
     Examples
     --------
@@ -60,11 +48,6 @@ def fit(
     experiment: Experiment, measurement: Measurements, values: Mapping[str, float]
 ) -> dict[str, float]:
     """Return the values of the best fit to which descents from given values lead.
-
-    Parameters
-    ----------
-    experiment, measurement, values
-        As in `chi2`.
 
     Examples
     --------

@@ -13,10 +13,7 @@ tables by all they hold."""
 def canonical(tree: Tree) -> Tree:
     """Tree without groups in groups of their kind, without equal elements together, sorted.
 
-    Parameters
-    ----------
-    tree
-        Letter of an element, or a group such as `["|", "k", ["-", "k", "m"]]`.
+    A group is such as `["|", "k", ["-", "k", "m"]]`.
 
     Examples
     --------

@@ -29,14 +29,8 @@ def networks(letters: str, elements: int) -> list[Tree]:
 
     No group holds two equal elements that are one together, nor a group of its kind. Springpots may
     stand together, since their orders differ. A mass counts like any other element, by its dynamic
-    stiffness alone; `is_grounded` says where all masses move against the ground.
-
-    Parameters
-    ----------
-    letters
-        Letters of the elements, such as "kcm".
-    elements
-        Most elements of one network.
+    stiffness alone; `is_grounded` says where all masses move against the ground. Letters are those
+    of the elements, such as "kcm".
 
     Examples
     --------
@@ -72,13 +66,8 @@ def leaves(tree: Tree) -> list[str]:
 def law_of(tree: Tree, values: Sequence[Any]) -> Law:
     """Network of a tree, with its numbers.
 
-    Parameters
-    ----------
-    tree
-        Letter of an element, or a group.
-    values
-        Numbers or distributions in the order of the leaves: of a springpot stiffness and order, of
-        a lossy spring stiffness and loss factor.
+    Numbers or distributions are in the order of the leaves: of a springpot stiffness and order, of
+    a lossy spring stiffness and loss factor.
 
     Examples
     --------
@@ -102,11 +91,6 @@ def classes(trees: Sequence[Tree]) -> list[list[Tree]]:
 
     No measurement at the port tells those of a group apart. Groups and their networks are in the
     order given.
-
-    Parameters
-    ----------
-    trees
-        Networks of springs, dashpots, masses and springpots.
 
     Examples
     --------

@@ -71,14 +71,8 @@ def drawing(law: Law, known: Sequence[Owned] | None = None) -> str:
 
     Series go from left to right, parallel branches lie below each other, and a factor stands below
     a broken frame. Of a chain the part with masses comes last. A mass that is not the end of a
-    chain even so moves against what comes next, not against the ground: a line leaves it.
-
-    Parameters
-    ----------
-    law
-        The network.
-    known
-        Numbers that are written, in the order of `symbols.numbers`; by default those of the law.
+    chain even so moves against what comes next, not against the ground: a line leaves it. Numbers
+    that are written are in the order of `symbols.numbers`, by default those of the law.
 
     Examples
     --------

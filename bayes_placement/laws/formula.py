@@ -9,11 +9,6 @@ from .symbols import Owned, numbers
 def formula(law: Law) -> str:
     r"""LaTeX of the dynamic stiffness, with the symbols of `symbols.numbers`.
 
-    Parameters
-    ----------
-    law
-        The network.
-
     Examples
     --------
     >>> from bayes_placement.laws.formula import formula

@@ -49,11 +49,6 @@ Owned: TypeAlias = tuple[Element | Scaled, list[Number]]
 def numbers(law: Law) -> list[Owned]:
     """Numbers of a network in its order, a factor before what it multiplies.
 
-    Parameters
-    ----------
-    law
-        The network.
-
     Examples
     --------
     >>> from bayes_placement.laws.symbols import numbers

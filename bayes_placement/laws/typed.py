@@ -23,10 +23,7 @@ PRIORS: Mapping[str, Any] = {
 def typed(text: str) -> Law:
     """Return the law of a text, such as the `law` of an entry in `ledger.json`.
 
-    Parameters
-    ----------
-    text
-        Elements with numbers or priors, `|` in parallel, `-` in series, a factor before `*`.
+    It has elements with numbers or priors, `|` in parallel, `-` in series, a factor before `*`.
 
     Examples
     --------
