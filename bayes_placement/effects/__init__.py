@@ -2,15 +2,7 @@
 
 from ..laws import Dashpot, LossySpring, Mass, Spring, Springpot, Tabulated
 from .amplitude_attachment import AmplitudeAttachment
-from .effect import (
-    Attachment,
-    Effect,
-    GlobalChange,
-    Hinged,
-    Modulus,
-    NetworkAttachment,
-    OnPorts,
-)
+from .effect import Attachment, Effect, GlobalChange, Hinged, Modulus, NetworkAttachment, OnPorts
 from .instrument_effect import InstrumentEffect
 from .library import EFFECTS, Library, library
 from .on_transducer import OnTransducer

@@ -18,16 +18,11 @@ LEAST, COMPRESSION, TENSION = 1e-4, 0.8, 10.0
 
 
 class OfBeam(GlobalChange):
-    """A change of a uniform beam.
-
-    Attributes
-    ----------
-    of_a_bar, instead
-        Why a bar has it not, and what to use on a finite element model, for errors.
-    """
+    """A change of a uniform beam."""
 
     of_a_bar: eqx.AbstractClassVar[str]
     instead: eqx.AbstractClassVar[str]
+    """Why a bar has it not, and what to use on a finite element model, for errors."""
 
     def on(self, modes: Modes) -> "OfBeam":
         """Return the effect as it is, on a uniform beam."""

@@ -16,18 +16,12 @@ from .instruments import Instruments
 
 
 class OnPart(Hinged):
-    """An effect on one support, region or member, by its name, or its number from 0.
-
-    Attributes
-    ----------
-    part
-        What it is called, and the name of the field that holds it.
-    source
-        By what a model has such parts, for the error.
-    """
+    """An effect on one support, region or member, by its name, or its number from 0."""
 
     part: ClassVar[str]
+    """What it is called, and the name of the field that holds it."""
     source: ClassVar[str] = "finite_elements.modes(matrices, ...)"
+    """By what a model has such parts, for the error."""
 
     @staticmethod
     @abc.abstractmethod

@@ -112,15 +112,10 @@ class OnTransducer(InstrumentEffect):
 
 
 class OfSide(InstrumentEffect):
-    """An effect on one sensor, or on one actuator.
-
-    Attributes
-    ----------
-    side
-        `sensor` or `actuator`, which is the field that holds its name.
-    """
+    """An effect on one sensor, or on one actuator."""
 
     side: eqx.AbstractClassVar[str]
+    """`sensor` or `actuator`, which is the field that holds its name."""
 
     @property
     def transducer(self) -> Number:

@@ -21,6 +21,9 @@ from .amplitudes import attached
 from .closure import closed, reciprocal
 from .structure import Structure
 
+PerMode = Inexact[Array, "mode frequency"]
+Force = Float[Array, "frequency"]
+
 Matrix = Complex[Array, "response reference frequency"]
 """Receptance [m/N] between response and reference points."""
 
@@ -32,7 +35,7 @@ def receptance(
     omega: Omega,
     *,
     ports: Sequence[PortLaw] = (),
-    force: Float[Array, "frequency"] | None = None,
+    force: Force | None = None,
     mode_error: "ModeError | None" = None,
 ) -> Receptance:
     r"""Receptance between points of a structure with all its effects, Eqs. (6), (7) and (18).
@@ -131,9 +134,9 @@ class ModeError(NamedTuple):
 class ModalReceptance(NamedTuple):
     """What each mode adds to a receptance, as a factor of its shapes."""
 
-    modal: Inexact[Array, "mode frequency"]
+    modal: PerMode
     """Receptance of each mode of unit shape."""
-    beyond_static: Inexact[Array, "mode frequency"]
+    beyond_static: PerMode
     """The same without its static part."""
     relative_compliance: Inexact[Array, "frequency"]
     """Factor on the static flexibility: one over the modulus, with its loss [1]."""
@@ -195,9 +198,7 @@ def _flexibility(modes: Modes) -> Float[Array, "mode"]:
     return jnp.concatenate([jnp.zeros(rigid), 1 / elastic_modes**2])
 
 
-def _modal_sum(
-    response: ShapesAtPoints, reference: ShapesAtPoints, modal: Inexact[Array, "mode frequency"]
-) -> Matrix:
+def _modal_sum(response: ShapesAtPoints, reference: ShapesAtPoints, modal: PerMode) -> Matrix:
     residues = response.shapes[:, None, :] * reference.shapes[None, :, :]
     # Two real products cost half of one complex product with a real factor.
     return residues @ jnp.real(modal) + 1j * (residues @ jnp.imag(modal))
@@ -208,7 +209,7 @@ def _coupled(
     structure: Structure,
     modes: Modes,
     sides: tuple[ShapesAtPoints, ShapesAtPoints],
-    modal: Inexact[Array, "mode frequency"],
+    modal: PerMode,
     omega: Omega,
 ) -> Matrix:
     """Receptance with the coupling of modes of one frequency: the derivative their shapes lack."""
@@ -217,7 +218,7 @@ def _coupled(
         return matrix
     natural = modes.angular_frequency()
 
-    def loss(natural: Float[Array, "mode"]) -> Inexact[Array, "mode frequency"]:
+    def loss(natural: Float[Array, "mode"]) -> PerMode:
         return structure.damping.loss(natural, omega, modes.rigid_body_modes)
 
     # The loss rotates with the modes: l(K) changes by dl / d(omega_n^2) between equal frequencies.
@@ -247,9 +248,7 @@ def _single(attachments: Sequence[AmplitudeAttachment], modes: Modes) -> Amplitu
     return last
 
 
-def _known(
-    force: Float[Array, "frequency"] | None, attachment: AmplitudeAttachment
-) -> Float[Array, "frequency"]:
+def _known(force: Force | None, attachment: AmplitudeAttachment) -> Force:
     if force is None:
         raise InputError(
             f'The structure has the effect "{attachment.name}", but no force is known; its '

@@ -13,6 +13,9 @@ from .eigenpairs import Eigenpairs, eigenpairs
 from .finite_elements.nodal_modes import UnknownModes
 from .modes import AxisShapes, Coordinates, Flexibility, Modes, Orders
 
+Modal = Float[Array, "mode mode"]
+Mixed = Float[Array, "mixed mixed"]
+
 _ROUNDING = 1e-12  # of the greatest eigenvalue, below which one counts as zero
 
 
@@ -21,13 +24,13 @@ class DerivedModes(Modes):
 
     modes: eqx.AbstractVar[Modes]
     """The modes before."""
-    of_modes: eqx.AbstractVar[Float[Array, "mode mode"]]
+    of_modes: eqx.AbstractVar[Modal]
     """Combinations of them."""
     eigenvalues: eqx.AbstractVar[Float[Array, "mode"]]
     """Squares of the natural angular frequencies [(rad/s)^2]."""
     added_flexibility: eqx.AbstractVar[Float[Array, "flexible flexible"]]
     """Flexibility [m/N] over `flexible_shapes`, besides that of the modes before."""
-    repeated_coupling: eqx.AbstractVar[Float[Array, "mode mode"] | None]
+    repeated_coupling: eqx.AbstractVar[Modal | None]
     """Stiffness between modes of one frequency; None where its derivative is zero."""
 
     @abc.abstractmethod
@@ -51,7 +54,7 @@ class DerivedModes(Modes):
         response = self.flexible_shapes(position, orders[0])
         return before + response @ self.added_flexibility @ self.flexible_shapes(other, orders[1]).T
 
-    def coupling(self) -> Float[Array, "mode mode"] | None:
+    def coupling(self) -> Modal | None:
         """Stiffness [(rad/s)^2] between modes of one frequency: zero, with a derivative.
 
         The static flexibility leaves it out, as what is subtracted of the kept modes does.
@@ -72,10 +75,10 @@ class ChangedModes(DerivedModes):
 
     modes: Modes
     eigenvalues: Float[Array, "mode"]
-    of_modes: Float[Array, "mode mode"]
-    bending: Float[Array, "mode mode"]
-    added_flexibility: Float[Array, "mode mode"]
-    repeated_coupling: Float[Array, "mode mode"]
+    of_modes: Modal
+    bending: Modal
+    added_flexibility: Modal
+    repeated_coupling: Modal
     axes: tuple[int, ...] = eqx.field(static=True)
     rigid_body_modes: int = eqx.field(static=True)
 
@@ -89,10 +92,7 @@ class ChangedModes(DerivedModes):
 
 
 def changed(
-    modes: Modes,
-    stiffness: Float[Array, "mixed mixed"],
-    mass: Float[Array, "mixed mixed"] | None = None,
-    bending: Float[Array, "mode mode"] | None = None,
+    modes: Modes, stiffness: Mixed, mass: Mixed | None = None, bending: Modal | None = None
 ) -> ChangedModes:
     """Modes once modal stiffness [(rad/s)^2] and modal mass [1] are added.
 
@@ -123,9 +123,7 @@ def changed(
     )
 
 
-def _ritz(
-    stiffness: Float[Array, "mode mode"], mass: Float[Array, "mode mode"] | None
-) -> Eigenpairs:
+def _ritz(stiffness: Modal, mass: Modal | None) -> Eigenpairs:
     """Eigenpairs of a stiffness, and of a mass that is added to the identity."""
     if mass is None:
         return eigenpairs(stiffness)
@@ -136,9 +134,7 @@ def _ritz(
     return reduced._replace(vectors=vectors)
 
 
-def over_changed_modes(
-    modes: Modes, matrix: Float[Array, "mode mode"]
-) -> Float[Array, "mode mode"]:
+def over_changed_modes(modes: Modes, matrix: Modal) -> Modal:
     """Transform a matrix over the original modes to one over the changed modes."""
     if isinstance(modes, DerivedModes):
         before = over_changed_modes(modes.modes, matrix)

@@ -17,6 +17,8 @@ from .interface_compliance import CompliantModes, Interface, ResidualShapes, com
 from .modes import AxisShapes, Coordinates, Modes
 from .underlying import underlying_nodal_modes
 
+Compliances = Float[Array, "pattern pattern"]
+
 Number: TypeAlias = int | Int[Array | np.ndarray, ""]
 Matrix: TypeAlias = Float[Array, "rows columns"]
 
@@ -182,9 +184,7 @@ def _orthonormal(chosen: StaticShapes, parts: int) -> tuple[Matrix, Matrix, Matr
     return orthonormal @ unit, unit.T @ participation, unit.T @ flexibility @ unit
 
 
-def _in_series(
-    compliance: Float[Array, "pattern"], reaction: Float[Array, "pattern pattern"]
-) -> Float[Array, "pattern pattern"]:
+def _in_series(compliance: Float[Array, "pattern"], reaction: Compliances) -> Compliances:
     """Compliances in series with the reactions of the structure, C (1 + S C)^-1."""
     springs = jnp.diag(compliance)
     in_series = jnp.linalg.solve(jnp.eye(compliance.size) + springs @ reaction, springs)

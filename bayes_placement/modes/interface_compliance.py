@@ -12,6 +12,9 @@ from .changed import DerivedModes
 from .eigenpairs import eigenpairs
 from .modes import AxisShapes, Coordinates, Modes
 
+Patterns = Float[Array, "axis static_shape"]
+Square = Float[Array, "static_shape static_shape"]
+
 # Of the greatest flexibility, below which a negative one counts as zero: combinations of static
 # shapes that nearly depend on each other raise rounding a million times. A structure that has
 # buckled has far more: its stiffness went through zero.
@@ -25,9 +28,7 @@ class ResidualShapes(eqx.Module):
     """
 
     @abc.abstractmethod
-    def shapes(
-        self, position: Coordinates, derivative: int, mode_shapes: AxisShapes
-    ) -> Float[Array, "axis static_shape"]:
+    def shapes(self, position: Coordinates, derivative: int, mode_shapes: AxisShapes) -> Patterns:
         """Shapes or their derivatives at a position [m].
 
         Those of the kept modes there, or their derivatives, are given.
@@ -39,13 +40,13 @@ class Interface(NamedTuple):
 
     participation: Float[Array, "elastic static_shape"]
     """Mass products of the elastic modes with the static shapes of unit relative displacements."""
-    orthonormal: Float[Array, "static_shape static_shape"]
+    orthonormal: Square
     """Combinations of the residual shapes that are mass-orthonormal."""
-    residual_participation: Float[Array, "static_shape static_shape"]
+    residual_participation: Square
     """Mass products of these with the static shapes."""
-    residual_flexibility: Float[Array, "static_shape static_shape"]
+    residual_flexibility: Square
     """Flexibility of these [s^2]."""
-    compliance: Float[Array, "static_shape static_shape"]
+    compliance: Square
     """Compliances of the interfaces, in series with the structure that resists the relative
     displacements."""
 
@@ -59,7 +60,7 @@ class CompliantModes(DerivedModes):
     of_modes: Float[Array, "mode mode"]
     of_residual: Float[Array, "static_shape mode"]
     participation: Float[Array, "mode static_shape"]
-    added_flexibility: Float[Array, "static_shape static_shape"]
+    added_flexibility: Square
     repeated_coupling: Float[Array, "mode mode"] | None
     axes: tuple[int, ...] = eqx.field(static=True)
     rigid_body_modes: int = eqx.field(static=True)
@@ -69,9 +70,7 @@ class CompliantModes(DerivedModes):
         mode_shapes, residual = self._parts(position, derivative)
         return mode_shapes @ self.of_modes + residual @ self.of_residual
 
-    def flexible_shapes(
-        self, position: Coordinates, derivative: int
-    ) -> Float[Array, "axis static_shape"]:
+    def flexible_shapes(self, position: Coordinates, derivative: int) -> Patterns:
         """Static shapes of unit relative displacements, or their derivatives."""
         mode_shapes, residual = self._parts(position, derivative)
         return residual + mode_shapes @ self.participation

@@ -17,6 +17,8 @@ from jaxtyping import Array, Float
 
 from .modes import Coordinates, Modes, Orders
 
+Between = Float[Array, "port other"] | None
+
 
 class Points(eqx.Module):
     """Points where a structure is read, driven or held, each along one direction."""
@@ -57,19 +59,16 @@ class Points(eqx.Module):
             return exact
         return exact.at[:, : self.shape_error.shape[1]].add(self.shape_error)
 
-    def static_flexibility(
-        self, modes: Modes, other: "Points"
-    ) -> Float[Array, "port other"] | None:
+    def static_flexibility(self, modes: Modes, other: "Points") -> Between:
         """Static flexibility [m/N] between these and other points; None if not known."""
         return self._between(other, lambda orders: _flexibility(modes, orders))
 
-    def second_flexibility_left_out(
-        self, modes: Modes, other: "Points"
-    ) -> Float[Array, "port other"] | None:
+    def second_flexibility_left_out(self, modes: Modes, other: "Points") -> Between:
         """Sum over the modes left out of phi phi / omega_n^4 [m s2/N]; None but of derivatives."""
         if self.orders is None or other.orders is None:
             return None
-        return self._between(other, lambda orders: _second_flexibility(modes, orders))
+        second = modes.second_flexibility_left_out
+        return self._between(other, lambda orders: lambda at, to: second(at, to, orders))
 
     def flexibility_left_out(self, modes: Modes, other: "Points") -> Float[Array, "port other"]:
         """Static flexibility [m/N] of the modes left out; zero where it is not known."""
@@ -82,9 +81,7 @@ class Points(eqx.Module):
         )
         return static - scaled_shapes @ other.exact_shapes(modes)[:, elastic].T
 
-    def _between(
-        self, other: "Points", flexibility: Callable[[tuple[int, int]], Any]
-    ) -> Float[Array, "port other"] | None:
+    def _between(self, other: "Points", flexibility: Callable[[tuple[int, int]], Any]) -> Between:
         """Matrix between two lists of ports from a function of two places, order by order."""
         rows = []
         for order, these, places in self._by_order():
@@ -127,10 +124,6 @@ def _flexibility(modes: Modes, orders: Orders) -> Callable[[Any, Any], Any]:
     if orders == (0, 0):  # which alone all modes know
         return modes.static_flexibility
     return lambda place, other: modes.static_flexibility(place, other, orders)
-
-
-def _second_flexibility(modes: Modes, orders: Orders) -> Callable[[Any, Any], Any]:
-    return lambda place, other: modes.second_flexibility_left_out(place, other, orders)
 
 
 def joined(groups: Sequence[Points]) -> Points:

@@ -14,6 +14,9 @@ from .finite_elements.nodal_modes import NodalModes, nodal_of
 from .modes import Modes
 from .underlying import beneath
 
+AtPoints = Float[Array, "point mode"]
+Energies = Float[Array, "mode mode"]
+
 _NODES = 8
 """Nodes of quadrature in a piece, besides four for each half-wave of the shortest mode in it."""
 
@@ -34,8 +37,8 @@ class Excess(NamedTuple):
     The modal stiffness is over omega_r omega_s [1], as the shares of a piece.
     """
 
-    stiffness: Float[Array, "mode mode"]
-    mass: Float[Array, "mode mode"]
+    stiffness: Energies
+    mass: Energies
 
 
 def piece_shares(modes: Modes, pieces: int, count: int) -> PieceShares | None:
@@ -63,7 +66,7 @@ def with_uneven_pieces(modes: Modes, excess: Excess) -> ChangedModes:
     return changed(modes, _over(modes, stiffness), _over(modes, excess.mass))
 
 
-def _over(modes: Modes, matrix: Float[Array, "mode mode"]) -> Float[Array, "mode mode"]:
+def _over(modes: Modes, matrix: Energies) -> Energies:
     """Matrix over modes, from what it is over those beneath them.
 
     Shapes that compliant interfaces add are left out: pieces are no more exact than that.
@@ -94,7 +97,7 @@ def _of_line(line: UniformLine, pieces: int) -> PieceShares:
 
 def _shapes_and_strains(
     line: UniformLine, position: Float[np.ndarray | Array, "point"]
-) -> tuple[Float[Array, "point mode"], Float[Array, "point mode"]]:
+) -> tuple[AtPoints, AtPoints]:
     """Shapes, and axial strains of a bar or curvatures of a beam."""
 
     def at(place: Float[Array, ""]) -> tuple[Array, Array]:

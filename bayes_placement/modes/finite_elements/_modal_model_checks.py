@@ -6,6 +6,11 @@ from numpy.typing import ArrayLike
 
 from ..._types import InputError
 
+Nodes = Int[np.ndarray, "node"]
+Dof = Int[np.ndarray, "dof 2"]
+Shapes = Float[np.ndarray, "row mode"]
+PerMode = Float[np.ndarray, "mode"]
+
 _RIGID = 1e-3  # of the first elastic natural frequency
 _RIGID_OF_ONE_BODY = 6
 _DIRECTIONS = 7
@@ -32,7 +37,7 @@ def checked_position(position: ArrayLike) -> Float[np.ndarray, "node 3"]:
     return coordinates
 
 
-def checked_node(node: ArrayLike | None, count: int) -> Int[np.ndarray, "node"]:
+def checked_node(node: ArrayLike | None, count: int) -> Nodes:
     """Node numbers, each once."""
     if node is None:
         return np.arange(1, count + 1)
@@ -52,9 +57,7 @@ def checked_node(node: ArrayLike | None, count: int) -> Int[np.ndarray, "node"]:
     return numbers
 
 
-def by_row(
-    shape: ArrayLike, dof: ArrayLike | None, node: Int[np.ndarray, "node"]
-) -> tuple[Float[np.ndarray, "row mode"], Int[np.ndarray, "dof 2"]]:
+def by_row(shape: ArrayLike, dof: ArrayLike | None, node: Nodes) -> tuple[Shapes, Dof]:
     """Mode shapes by row, and the node and direction of each row."""
     shapes = _real(shape)
     if shapes.ndim == 3 and dof is None:
@@ -83,9 +86,7 @@ def _real(shape: ArrayLike) -> Float[np.ndarray, "..."]:
     return shapes if shapes.dtype in (np.float32, np.float64) else shapes.astype(float)
 
 
-def _flat(
-    shape: Float[np.ndarray, "..."], node: Int[np.ndarray, "node"]
-) -> tuple[Float[np.ndarray, "row mode"], Int[np.ndarray, "dof 2"]]:
+def _flat(shape: Float[np.ndarray, "..."], node: Nodes) -> tuple[Shapes, Dof]:
     nodes, axes, modes = shape.shape
     if nodes != node.size or axes not in (3, 6):
         raise InputError(
@@ -98,7 +99,7 @@ def _flat(
     return shape.reshape(nodes * axes, modes), dof
 
 
-def check_shape(shape: Float[np.ndarray, "row mode"]) -> None:
+def check_shape(shape: Shapes) -> None:
     """Refuse shapes without modes, with gaps, or of zeros, without a copy of them."""
     if not shape.size:
         raise InputError(
@@ -120,9 +121,7 @@ def _refuse_modes(wrong: Bool[np.ndarray, "mode"], defect: str, cause: str) -> N
         )
 
 
-def checked_dof(
-    dof: Int[np.ndarray, "..."], node: Int[np.ndarray, "node"], rows: int
-) -> Int[np.ndarray, "dof 2"]:
+def checked_dof(dof: Int[np.ndarray, "..."], node: Nodes, rows: int) -> Dof:
     """Rows of node and direction, each once, of known nodes."""
     if dof.shape != (rows, 2):
         raise InputError(
@@ -144,7 +143,7 @@ def checked_dof(
     return dof
 
 
-def _check_directions(dof: Int[np.ndarray, "dof 2"]) -> None:
+def _check_directions(dof: Dof) -> None:
     wrong = (dof[:, 1] < 1) | (dof[:, 1] > _DIRECTIONS)
     if wrong.any():
         node, direction = dof[wrong][0]
@@ -165,7 +164,7 @@ def checked_unit(unit: float, name: str) -> float:
     return float(unit)
 
 
-def check_known(wanted: Int[np.ndarray, "wanted"], node: Int[np.ndarray, "node"]) -> None:
+def check_known(wanted: Int[np.ndarray, "wanted"], node: Nodes) -> None:
     """Refuse numbers of nodes that are not in the model."""
     unknown = wanted[~np.isin(wanted, node)]
     if unknown.size:
@@ -177,7 +176,7 @@ def check_known(wanted: Int[np.ndarray, "wanted"], node: Int[np.ndarray, "node"]
         )
 
 
-def checked_frequency(frequency: ArrayLike, modes: int) -> Float[np.ndarray, "mode"]:
+def checked_frequency(frequency: ArrayLike, modes: int) -> PerMode:
     """Natural frequencies in ascending order, one for each shape."""
     values = _per_mode(frequency, modes, "natural_frequency", "Hz")
     descending = np.diff(values, prepend=0.0) < 0
@@ -192,14 +191,14 @@ def checked_frequency(frequency: ArrayLike, modes: int) -> Float[np.ndarray, "mo
     return values
 
 
-def without_rigid_residue(frequency: Float[np.ndarray, "mode"]) -> Float[np.ndarray, "mode"]:
+def without_rigid_residue(frequency: PerMode) -> PerMode:
     """Set the frequencies of rigid-body modes, zero but for rounding, to exactly 0."""
     last = min(_RIGID_OF_ONE_BODY, frequency.size - 1)
     gaps = [k for k in range(1, last + 1) if frequency[k - 1] < _RIGID * frequency[k]]
     return np.where(np.arange(frequency.size) < max(gaps, default=0), 0.0, frequency)
 
 
-def checked_mass(mass: ArrayLike | float | int | None, modes: int) -> Float[np.ndarray, "mode"]:
+def checked_mass(mass: ArrayLike | float | int | None, modes: int) -> PerMode:
     """Modal masses, one for each shape."""
     if mass is None:
         raise InputError(
@@ -222,7 +221,7 @@ def checked_mass(mass: ArrayLike | float | int | None, modes: int) -> Float[np.n
     return values
 
 
-def checked_damping(damping: ArrayLike | None, modes: int) -> Float[np.ndarray, "mode"] | None:
+def checked_damping(damping: ArrayLike | None, modes: int) -> PerMode | None:
     """Modal damping ratios, one for each shape."""
     if damping is None:
         return None
@@ -238,11 +237,8 @@ def checked_damping(damping: ArrayLike | None, modes: int) -> Float[np.ndarray, 
 
 
 def normalised(
-    shape: Float[np.ndarray, "row mode"],
-    direction: Int[np.ndarray, "row"],
-    mass: Float[np.ndarray, "mode"],
-    length_unit: float,
-) -> Float[np.ndarray, "row mode"]:
+    shape: Shapes, direction: Int[np.ndarray, "row"], mass: PerMode, length_unit: float
+) -> Shapes:
     """Divide by the roots of the modal masses [kg], and slopes by the unit of length [m]."""
     if (mass == 1).all() and length_unit == 1:
         return shape
@@ -252,7 +248,7 @@ def normalised(
     return scaled
 
 
-def _per_mode(values: ArrayLike, modes: int, name: str, unit: str) -> Float[np.ndarray, "mode"]:
+def _per_mode(values: ArrayLike, modes: int, name: str, unit: str) -> PerMode:
     array = np.asarray(values, dtype=float)
     if array.shape != (modes,) or not np.isfinite(array).all():
         defect = f"the shape {array.shape}" if array.shape != (modes,) else "gaps (NaN or infinity)"

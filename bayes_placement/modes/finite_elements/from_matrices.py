@@ -27,6 +27,8 @@ from .nodal_modes import NodalModes, modes_from_shapes
 from .soft_supports import SupportMotion
 from .static_shapes import static_shapes
 
+OverModes = Float[np.ndarray, "mode mode"]
+
 Rows = Int[np.ndarray, "row"]
 
 MAX_ROWS = 6000
@@ -233,9 +235,7 @@ def _nodal(
     )
 
 
-def _over_modes(
-    model: ModalModel, parts: Mapping[str, Any]
-) -> dict[str, Float[np.ndarray, "mode mode"]]:
+def _over_modes(model: ModalModel, parts: Mapping[str, Any]) -> dict[str, OverModes]:
     """Matrices over the modes.
 
     Nothing within a free structure holds it: neither a region, nor a tension with its reaction.

@@ -23,6 +23,9 @@ from .modal_model import ModalModel
 from .named_matrices import NamedMatrices
 from .static_shapes import StaticShapes, no_static_shapes
 
+Corners = tuple[CartesianComponents, CartesianComponents]
+Between = Float[Array, "axis axis"] | None
+
 Point = Float[Array, "3"]
 
 
@@ -50,7 +53,7 @@ class NodalModes(Modes):
     static_shapes: StaticShapes = eqx.field(repr=False)
     nominal: tuple[float, float] = eqx.field(static=True, repr=False)
     mass: float = eqx.field(static=True, metadata=unit("kg"))
-    extent: tuple[CartesianComponents, CartesianComponents] = eqx.field(static=True, repr=False)
+    extent: Corners = eqx.field(static=True, repr=False)
     pieces: tuple[Tolerance, ...] = eqx.field(static=True, repr=False)
     centres: tuple[tuple[str, CartesianComponents], ...] = eqx.field(static=True, repr=False)
     axes: tuple[int, ...] = eqx.field(static=True, repr=False)
@@ -87,7 +90,7 @@ class NodalModes(Modes):
 
     def static_flexibility(
         self, position: Point, other: Point, orders: tuple[int, int] = (0, 0)
-    ) -> Float[Array, "axis axis"] | None:
+    ) -> Between:
         """Static flexibility [m/N] of all elastic modes; None without stiffness matrix."""
         if self.flexibility is None:
             return None
@@ -95,7 +98,7 @@ class NodalModes(Modes):
         between = self.flexibility[response.rows[:, None], reference.rows]
         return response.weight @ between @ reference.weight.T / self.stiffness_scale()
 
-    def bounds(self) -> tuple[CartesianComponents, CartesianComponents]:
+    def bounds(self) -> Corners:
         """Return the least and the greatest coordinates [m]."""
         return self.extent
 
@@ -115,7 +118,7 @@ class DerivedNodalModes(Modes):
 
     nodal: eqx.AbstractVar[NodalModes]
 
-    def bounds(self) -> tuple[CartesianComponents, CartesianComponents]:
+    def bounds(self) -> Corners:
         """Return the least and the greatest coordinates [m]."""
         return self.nodal.bounds()
 
@@ -344,14 +347,12 @@ def _check_order(frequency: Sequence[float]) -> None:
             )
 
 
-def _extent(
-    position: Float[np.ndarray, "node 3"],
-) -> tuple[CartesianComponents, CartesianComponents]:
+def _extent(position: Float[np.ndarray, "node 3"]) -> Corners:
     low, high = position.min(axis=0), position.max(axis=0)
     return tuple(map(float, low)), tuple(map(float, high))  # type: ignore[return-value]
 
 
-def _box_about(extent: tuple[CartesianComponents, CartesianComponents]) -> Box:
+def _box_about(extent: Corners) -> Box:
     low, high = np.array(extent)
     return Box(tuple((low + high) / 2), within=tuple((high - low) / 2))
 

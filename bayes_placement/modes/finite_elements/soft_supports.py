@@ -13,6 +13,10 @@ from ...positions.vectors import Vector, direction_of, vector
 from .interpolation._interpolation import rows_of
 from .matrices import Matrices
 
+Rows = Int[np.ndarray, "row"]
+InSpace = Float[np.ndarray, "3"]
+Motions = Float[np.ndarray, "motion motion"]
+
 ROTATION, TRANSLATION, ALONG_AN_EDGE = "rad/(N m)", "m/N", "m2/N"
 """Units of the compliance of a support."""
 
@@ -46,16 +50,14 @@ class SupportMotion(NamedTuple):
     (array([1]), array([[1.]]), 'rad/(N m)')
     """
 
-    rows: Int[np.ndarray, "row"]
+    rows: Rows
     motion: Float[np.ndarray, "row motion"]
-    pattern: Float[np.ndarray, "motion motion"]
+    pattern: Motions
     compliance_unit: str = ANY_UNIT
 
 
 @arguments_checked
-def springs(
-    matrices: Matrices, rows: Int[np.ndarray, "row"] | Sequence[int] | int
-) -> SupportMotion:
+def springs(matrices: Matrices, rows: Rows | Sequence[int] | int) -> SupportMotion:
     """Put some held rows on springs, all of one stiffness.
 
     Parameters
@@ -194,24 +196,16 @@ def edge(matrices: Matrices, start: Vector, end: Vector, *, direction: int = 3) 
     slope, sign = _slope(first, last, direction)
     cubic = slope > 0 and bool((table[:, slope] >= 0).all())
     free = ~_held_by_others(table)
-    if not cubic:
-        return SupportMotion(
-            table[free, direction],
-            np.eye(free.sum()),
-            _line_spring(step, _LINEAR)[np.ix_(free, free)],
-            ALONG_AN_EDGE,
-        )
-    rows = table[:, [direction, slope]].ravel()
-    moving = np.stack([free, np.ones_like(free)], axis=1).ravel()
-    motion = np.diag(np.tile([1.0, sign], len(table)).ravel())
-    pattern = _line_spring(step, _CUBIC)
+    kind = _CUBIC if cubic else _LINEAR
+    rows = table[:, [direction, slope][: kind.per_node]].ravel()
+    moving = np.stack([free, np.ones_like(free)][: kind.per_node], axis=1).ravel()
+    motion = np.diag(np.tile([1.0, sign][: kind.per_node], len(table)))
     chosen = np.ix_(moving, moving)
-    return SupportMotion(rows[moving], motion[chosen], pattern[chosen], ALONG_AN_EDGE)
+    pattern = _line_spring(step, kind)[chosen]
+    return SupportMotion(rows[moving], motion[chosen], pattern, ALONG_AN_EDGE)
 
 
-def _across(
-    axis: Float[np.ndarray, "row 3"], along: Float[np.ndarray, "3"]
-) -> Float[np.ndarray, "row motion"]:
+def _across(axis: Float[np.ndarray, "row 3"], along: InSpace) -> Float[np.ndarray, "row motion"]:
     """Combinations of rotations about axes that do not rotate about a direction."""
     about = axis @ (along / np.linalg.norm(along))
     # Where all are across it, each by itself.
@@ -219,7 +213,7 @@ def _across(
 
 
 def _along(
-    matrices: Matrices, first: Float[np.ndarray, "3"], last: Float[np.ndarray, "3"]
+    matrices: Matrices, first: InSpace, last: InSpace
 ) -> tuple[Int[np.ndarray, "node"], Float[np.ndarray, "node"]]:
     """Indices of the nodes on a line, in order, and their distances along it [m]."""
     length = float(np.linalg.norm(last - first))
@@ -237,9 +231,7 @@ def _held_rows(matrices: Matrices) -> Int[np.ndarray, "node 8"]:
     return np.where(np.isin(table, matrices.fixed), table, -1)
 
 
-def _slope(
-    first: Float[np.ndarray, "3"], last: Float[np.ndarray, "3"], direction: int
-) -> tuple[int, float]:
+def _slope(first: InSpace, last: InSpace, direction: int) -> tuple[int, float]:
     """Direction of the rotation that is the slope along an edge, and its sign; 0 where none is."""
     along = (last - first) / np.linalg.norm(last - first)
     about = np.cross(along, np.eye(3)[direction - 1])
@@ -256,9 +248,7 @@ def _held_by_others(table: Int[np.ndarray, "node 8"]) -> Bool[np.ndarray, "node"
     return is_shared
 
 
-def _line_spring(
-    step: Float[np.ndarray, "element"], kind: "_LineElement"
-) -> Float[np.ndarray, "motion motion"]:
+def _line_spring(step: Float[np.ndarray, "element"], kind: "_LineElement") -> Motions:
     """Stiffness of a line spring of 1 N/m per metre, by nodes."""
     size = kind.per_node * (len(step) + 1)
     stiffness = np.zeros((size, size))
@@ -273,11 +263,10 @@ class _LineElement(NamedTuple):
     """Integrals over 0 to 1 of the products of shape functions of both ends."""
 
     per_node: int
-    products: Float[np.ndarray, "motion motion"]
+    products: Motions
 
 
 _LINEAR = _LineElement(1, np.array([[2.0, 1.0], [1.0, 2.0]]) / 6)
 _CUBIC = _LineElement(
-    2,
-    np.array([[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]]) / 420,
+    2, np.array([[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]]) / 420
 )

@@ -18,6 +18,9 @@ from .matrices import Matrices, Sparse
 from .modal_model import ModalModel
 from .soft_supports import SupportMotion
 
+Members = Mapping[str, Sparse]
+Supports = Mapping[str, SupportMotion]
+
 MAX_PATTERNS = 32
 """Patterns of one part; finer ones matter far above the band only."""
 
@@ -128,8 +131,8 @@ class LoadedShapes(NamedTuple):
 def static_shapes(
     matrices: Matrices,
     model: ModalModel,
-    soft: Mapping[str, SupportMotion],
-    members: Mapping[str, Sparse],
+    soft: Supports,
+    members: Members,
     rows: Int[np.ndarray, "row"],
 ) -> StaticShapes:
     r"""Static shapes of all flexible parts of a structure, and what its modes lack of them.
@@ -179,10 +182,7 @@ def static_shapes(
 
 
 def _parts(
-    matrices: Matrices,
-    model: ModalModel,
-    soft: Mapping[str, SupportMotion],
-    members: Mapping[str, Sparse],
+    matrices: Matrices, model: ModalModel, soft: Supports, members: Members
 ) -> tuple[list[LoadedShapes], Float[np.ndarray, "member"]]:
     """Shapes of each support, region and member, and the buckling load of each member [N]."""
     unit = _of_unit_energy(model)

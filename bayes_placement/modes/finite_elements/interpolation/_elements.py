@@ -13,6 +13,9 @@ from jaxtyping import Array, Float, Int
 from ...._types import InputError, arguments_checked
 from ._interpolation import Interpolation, NodalModel, Reading, element_rows, part_at, reachable
 
+Exponents = tuple[tuple[int, ...], ...]
+Point = Float[Array, "3"]
+
 HERMITE = np.array([[1, 0, -3, 2], [0, 1, -2, 1], [0, 0, 3, -2], [0, 0, -1, 1]], dtype=float)
 """Cubics of value and slope at 0, value and slope at 1: a row each, powers ascending."""
 
@@ -59,10 +62,10 @@ class Elements(Interpolation):
     rows: Int[Array, "element entry"]
     kind: Int[Array, "element"]
     coefficients: Float[Array, "kind term axis entry"]
-    exponents: tuple[tuple[int, ...], ...] = eqx.field(static=True)
+    exponents: Exponents = eqx.field(static=True)
     simplex: bool = eqx.field(static=True)
 
-    def at(self, position: Float[Array, "3"]) -> Reading:
+    def at(self, position: Point) -> Reading:
         """Rows and weights at a position [m]; outside the structure, those of its closest one."""
         element = self._element(position)
         inside = self._inside(self._coordinates(position, element), _MARGIN)
@@ -72,7 +75,7 @@ class Elements(Interpolation):
             part_at(self.rows, element), jnp.sum(term[:, None, None] * coefficients, axis=0)
         )
 
-    def closest(self, position: Float[Array, "3"]) -> Float[Array, "3"]:
+    def closest(self, position: Point) -> Point:
         """Closest position [m] of the structure; in skewed cells, close to it."""
         element = self._element(position)
         inside = self._inside(self._coordinates(position, element), 0.0)
@@ -97,7 +100,7 @@ class Elements(Interpolation):
             simplex=self.simplex,
         )
 
-    def _element(self, position: Float[Array, "3"]) -> Int[Array, ""]:
+    def _element(self, position: Point) -> Int[Array, ""]:
         """Closest element; its number has no derivative."""
         # Sums of products rather than einsum: they compile in half the time.
         step = jax.lax.stop_gradient(position) - self.origin
@@ -106,9 +109,7 @@ class Elements(Interpolation):
         outside = step - jnp.sum(self.edges * inside[:, None, :], axis=2)
         return jnp.argmin(jnp.sum(outside**2, axis=1))
 
-    def _coordinates(
-        self, position: Float[Array, "3"], element: Int[Array, ""]
-    ) -> Float[Array, "local"]:
+    def _coordinates(self, position: Point, element: Int[Array, ""]) -> Float[Array, "local"]:
         step = position - part_at(self.origin, element)
         return jnp.sum(part_at(self.local, element) * step, axis=1)
 
@@ -128,7 +129,7 @@ def build_elements(
     edges: Float[np.ndarray, "element 3 local"],
     rows: Int[np.ndarray, "element entry"],
     coefficients: Float[np.ndarray, "kind term axis entry"],
-    exponents: tuple[tuple[int, ...], ...],
+    exponents: Exponents,
     *,
     simplex: bool,
     kind: Int[np.ndarray, "element"] | None = None,
@@ -148,7 +149,7 @@ def build_elements(
 
 
 def monomials(
-    coordinates: Float[Array, "coordinate *point"], exponents: tuple[tuple[int, ...], ...]
+    coordinates: Float[Array, "coordinate *point"], exponents: Exponents
 ) -> Float[Array, "*term"]:
     """Products of powers of coordinates, one for each term."""
     powers = np.array(exponents).T
@@ -160,7 +161,7 @@ def monomials(
     return functools.reduce(operator.mul, map(terms, coordinates, powers))
 
 
-def all_exponents(dimension: int, degree: int, simplex: bool) -> tuple[tuple[int, ...], ...]:
+def all_exponents(dimension: int, degree: int, simplex: bool) -> Exponents:
     """Exponents up to a degree: their sum on a simplex, each of them on a box."""
     powers = itertools.product(range(degree + 1), repeat=dimension)
     return tuple(term for term in powers if not simplex or sum(term) <= degree)

@@ -8,6 +8,10 @@ from ...._types import InputError, arguments_checked
 from ._elements import HERMITE, Elements, all_exponents, build_elements
 from ._interpolation import NodalModel, element_rows
 
+Cubics = Float[np.ndarray, "element 4 4"]
+
+Ends = Int[np.ndarray, "element 2"]
+
 _OF_FRAME, _OF_PLATE = (1, 2, 3, 4, 5, 6), (3, 4, 5, 7)  # directions of degrees of freedom
 _LINEAR = np.array([[1, -1, 0, 0], [0, 1, 0, 0]], dtype=float)
 # Integrals over 0 to 1 of the products of the slopes of the four Hermite cubics.
@@ -15,7 +19,7 @@ _SLOPES = np.array([[36, 3, -36, 3], [3, 4, -3, -1], [-36, -3, 36, -3], [3, -1, 
 
 
 @arguments_checked
-def frame(model: NodalModel, elements: Int[np.ndarray, "element 2"]) -> Elements:
+def frame(model: NodalModel, elements: Ends) -> Elements:
     """Two-node Euler-Bernoulli elements in space, along x, y and z.
 
     Linear along the member, cubic across it: C1 along each member. The motion of a member's axis
@@ -68,11 +72,9 @@ def frame(model: NodalModel, elements: Int[np.ndarray, "element 2"]) -> Elements
 
 
 def kinematics(
-    model: NodalModel, elements: Int[np.ndarray, "element 2"]
+    model: NodalModel, elements: Ends
 ) -> tuple[
-    Float[np.ndarray, "element"],
-    Float[np.ndarray, "element 3 3"],
-    Float[np.ndarray, "element 3 6"],
+    Float[np.ndarray, "element"], Float[np.ndarray, "element 3 3"], Float[np.ndarray, "element 3 6"]
 ]:
     """Lengths [m]; motion along the member by translations; motion across it and its slope.
 
@@ -97,9 +99,7 @@ def kinematics(
 
 
 @arguments_checked
-def frame_geometric_stiffness(
-    model: NodalModel, elements: Int[np.ndarray, "element 2"]
-) -> sparse.csc_array:
+def frame_geometric_stiffness(model: NodalModel, elements: Ends) -> sparse.csc_array:
     """Geometric stiffness per unit tension [1/m] of frame elements, on all degrees of freedom.
 
     The consistent one, of the integral of v'^2 + w'^2 over the elements with cubic shape
@@ -192,7 +192,7 @@ def plate(model: NodalModel, elements: Int[np.ndarray, "element 4"]) -> Elements
 
 def _value_and_slope(
     high: Bool[np.ndarray, "element 4"], side: Float[np.ndarray, "element"]
-) -> tuple[Float[np.ndarray, "element 4 4"], Float[np.ndarray, "element 4 4"]]:
+) -> tuple[Cubics, Cubics]:
     """Cubics of one coordinate at each corner: of its value, and of its slope [m]."""
     first = 2 * high.astype(int)
     return HERMITE[first], HERMITE[first + 1] * side[:, None, None]

@@ -13,6 +13,9 @@ from .... import _types  # noqa: F401  double precision, before the first array 
 from ...._types import InputError
 from ....positions.reprs import with_short_repr
 
+Point = Float[Array, "3"]
+Corners = Int[np.ndarray, "element corner"]
+
 Self = TypeVar("Self", bound="Interpolation")
 
 
@@ -85,11 +88,11 @@ class Interpolation(eqx.Module):
     rows: eqx.AbstractVar[Int[Array, "part *entry"]]
 
     @abc.abstractmethod
-    def at(self, position: Float[Array, "3"]) -> Reading:
+    def at(self, position: Point) -> Reading:
         """Rows and weights at a position [m]; outside the structure, those of its closest one."""
 
     @abc.abstractmethod
-    def closest(self, position: Float[Array, "3"]) -> Float[Array, "3"]:
+    def closest(self, position: Point) -> Point:
         """Closest position [m] at which the structure can be read."""
 
     @abc.abstractmethod
@@ -131,7 +134,7 @@ def rows_of(model: NodalModel, directions: tuple[int, ...]) -> Int[np.ndarray, "
 
 
 def element_rows(
-    model: NodalModel, elements: Int[np.ndarray, "element corner"], directions: tuple[int, ...]
+    model: NodalModel, elements: Corners, directions: tuple[int, ...]
 ) -> Int[np.ndarray, "element entry"]:
     """Rows of the corners of elements, corner by corner."""
     count = len(model.node)
@@ -153,7 +156,7 @@ def element_rows(
     return rows.reshape(len(elements), -1)
 
 
-def _range(elements: Int[np.ndarray, "element corner"]) -> str:
+def _range(elements: Corners) -> str:
     if len(elements) == 0:
         return "was given"
     return f"was given with entries {elements.min()} to {elements.max()}"

@@ -13,6 +13,10 @@ from ...._types import InputError, arguments_checked
 from ._elements import all_exponents, monomials
 from ._interpolation import Interpolation, NodalModel, Reading, part_at, reachable, rows_of
 
+Terms = Float[Array, "term"]
+Moments = Float[Array, "term term"]
+Point = Float[Array, "3"]
+
 Cloud = TypeVar("Cloud", "Nearest", "Scattered")
 _TERMS = all_exponents(3, 2, simplex=True)
 _ORDER = np.sum(_TERMS, axis=1)
@@ -54,12 +58,12 @@ class Nearest(Interpolation):
     centre: Float[Array, "node 3"]
     rows: Int[Array, "node axis"]
 
-    def at(self, position: Float[Array, "3"]) -> Reading:
+    def at(self, position: Point) -> Reading:
         """Rows of the nearest node, each with weight one."""
         rows = part_at(self.rows, _nearest(self.centre, position))
         return Reading(rows, jnp.eye(len(self.axes)))
 
-    def closest(self, position: Float[Array, "3"]) -> Float[Array, "3"]:
+    def closest(self, position: Point) -> Point:
         """Position of the nearest node [m]."""
         return part_at(self.centre, _nearest(self.centre, position))
 
@@ -99,7 +103,7 @@ class Scattered(Interpolation):
     radius: Float[Array, "node neighbour"]
     rows: Int[Array, "node neighbour axis"]
 
-    def at(self, position: Float[Array, "3"]) -> Reading:
+    def at(self, position: Point) -> Reading:
         """Rows and weights of the nodes around a position [m]."""
         node = _nearest(self.centre, position)
         step = part_at(self.around, node) - self._within(position, node)
@@ -108,7 +112,7 @@ class Scattered(Interpolation):
         along = (weight[:, None] * np.eye(count)[:, None, :]).reshape(count, -1)
         return Reading(part_at(self.rows, node).reshape(-1), along)
 
-    def closest(self, position: Float[Array, "3"]) -> Float[Array, "3"]:
+    def closest(self, position: Point) -> Point:
         """The position itself [m], moved to within the reach of its nearest node."""
         return self._within(position, _nearest(self.centre, position))
 
@@ -116,7 +120,7 @@ class Scattered(Interpolation):
         """Only those nodes that can be nearest within a radius [m] of some positions [m]."""
         return _near(self, position, radius)
 
-    def _within(self, position: Float[Array, "3"], node: Int[Array, ""]) -> Float[Array, "3"]:
+    def _within(self, position: Point, node: Int[Array, ""]) -> Point:
         step, reach = position - part_at(self.centre, node), part_at(self.reach, node)
         scale = reach / jnp.sqrt(jnp.maximum(jnp.sum(step**2), reach**2))
         return part_at(self.centre, node) + scale * step
@@ -254,7 +258,7 @@ def _padded(
     return padded, filler
 
 
-def _nearest(centre: Float[Array, "node 3"], position: Float[Array, "3"]) -> Int[Array, ""]:
+def _nearest(centre: Float[Array, "node 3"], position: Point) -> Int[Array, ""]:
     square = jnp.sum((centre - jax.lax.stop_gradient(position)) ** 2, axis=1)
     # The first that is as near as any: the compiler takes three times as long for an argmin.
     order = jnp.arange(len(centre))
@@ -283,9 +287,7 @@ def _least_squares(
     return weight * jnp.sum(basis * value_at_origin, axis=1)
 
 
-def _solution(
-    matrix: Float[Array, "term term"], right: Float[np.ndarray, "term"]
-) -> Float[Array, "term"]:
+def _solution(matrix: Moments, right: Float[np.ndarray, "term"]) -> Terms:
     """Solution of positive definite equations.
 
     Its derivative is a solution too: that of the elimination takes twice as long.
@@ -298,9 +300,7 @@ def _solution(
     )
 
 
-def _eliminated(
-    matrix: Float[Array, "term term"], right: Float[Array, "term"]
-) -> Float[Array, "term"]:
+def _eliminated(matrix: Moments, right: Terms) -> Terms:
     """Solution by elimination without pivots.
 
     Not by LAPACK, whose calls for a batch of each of several transducers can wait for each other

@@ -8,6 +8,8 @@ from jaxtyping import Float
 from ...._types import InputError, MissingExtraError, arguments_checked
 from ._elements import Elements, all_exponents, build_elements, reference_corners
 
+Points = Float[np.ndarray, "point local"]
+
 _BOXES = {"RefLine": False, "RefQuad": False, "RefHex": False, "RefTri": True, "RefTet": True}
 _REMEDY = "read the nodes alone: interpolation.scattered(model)."
 
@@ -168,14 +170,12 @@ def _coefficients(
     return coefficients
 
 
-def _terms(
-    point: Float[np.ndarray, "point local"], powers: np.ndarray
-) -> Float[np.ndarray, "point term"]:
+def _terms(point: Points, powers: np.ndarray) -> Float[np.ndarray, "point term"]:
     return np.prod(point[:, None, :] ** powers, axis=2)
 
 
 def _values(
-    basis: Any, point: Float[np.ndarray, "point local"], cells: np.ndarray
+    basis: Any, point: Points, cells: np.ndarray
 ) -> Float[np.ndarray, "element point axis entry"]:
     """Shape functions of cells at points of the reference cell."""
     functions = [

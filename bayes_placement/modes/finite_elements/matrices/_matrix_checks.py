@@ -14,6 +14,8 @@ from .._modal_model_checks import checked_dof, checked_node, checked_position
 from ..modal_model import DIRECTIONS
 from ._affine import Affine
 
+Dof = Int[np.ndarray, "dof 2"]
+
 SMALL = 300
 """Rows up to which eigenvalues are computed densely."""
 
@@ -48,7 +50,7 @@ def sparse(name: str, matrix: Any, size: int) -> csc_array:
     return columns
 
 
-def symmetric(name: str, matrix: csc_array, dof: Int[np.ndarray, "dof 2"]) -> csc_array:
+def symmetric(name: str, matrix: csc_array, dof: Dof) -> csc_array:
     """Refuse a matrix that differs from its transpose by more than rounding; remove the rest."""
     difference = abs(matrix - matrix.T).tocoo()
     root = np.sqrt(np.abs(matrix.diagonal()))
@@ -69,7 +71,7 @@ def symmetric(name: str, matrix: csc_array, dof: Int[np.ndarray, "dof 2"]) -> cs
 
 def nodes(
     position: ArrayLike, node: ArrayLike | None, dof: ArrayLike
-) -> tuple[Float[np.ndarray, "node 3"], Int[np.ndarray, "node"], Int[np.ndarray, "dof 2"]]:
+) -> tuple[Float[np.ndarray, "node 3"], Int[np.ndarray, "node"], Dof]:
     """Coordinates, node numbers and degrees of freedom that fit each other."""
     rows = np.asarray(dof)
     if rows.ndim != 2 or rows.shape[1] != 2 or not np.issubdtype(rows.dtype, np.integer):
@@ -95,12 +97,7 @@ def fixed_rows(fixed: ArrayLike | None, size: int) -> Int[np.ndarray, "fixed"]:
     return rows
 
 
-def mass(
-    matrix: csc_array,
-    stiffness: csc_array,
-    dof: Int[np.ndarray, "dof 2"],
-    free: Int[np.ndarray, "free"],
-) -> None:
+def mass(matrix: csc_array, stiffness: csc_array, dof: Dof, free: Int[np.ndarray, "free"]) -> None:
     """Refuse a row of negative mass, and a free one with neither mass nor stiffness."""
     inertia, diagonal = matrix.diagonal(), stiffness.diagonal()
     if (inertia < 0).any():
@@ -169,9 +166,7 @@ def any_below(count: int, up_to: float) -> None:
         )
 
 
-def regions(
-    parts: Mapping[str, Any], stiffness: csc_array, dof: Int[np.ndarray, "dof 2"]
-) -> dict[str, csc_array]:
+def regions(parts: Mapping[str, Any], stiffness: csc_array, dof: Dof) -> dict[str, csc_array]:
     """Stiffness of each region; together not more than that of the structure."""
     regions = {name: sparse(f'regions["{name}"]', part, len(dof)) for name, part in parts.items()}
     if not regions:
@@ -211,7 +206,7 @@ def releasable(
     rows: Int[np.ndarray, "released"],
     fixed: Int[np.ndarray, "fixed"],
     rigid_body_modes: int,
-    dof: Int[np.ndarray, "dof 2"],
+    dof: Dof,
 ) -> None:
     """Refuse to release a row that is free, or twice, and any row of a structure that floats."""
     free = np.setdiff1d(rows, fixed)
@@ -231,7 +226,7 @@ def releasable(
         )
 
 
-def affine(parts: Affine, dof: Int[np.ndarray, "dof 2"]) -> Affine:
+def affine(parts: Affine, dof: Dof) -> Affine:
     """Parts over all degrees of freedom, with a box for each of their names."""
     names = {**parts.stiffness, **parts.mass}
     if set(names) != set(parts.box) or not names:
@@ -255,7 +250,7 @@ def affine(parts: Affine, dof: Int[np.ndarray, "dof 2"]) -> Affine:
     return Affine(stiffness, mass, parts.box)
 
 
-def label(dof: Int[np.ndarray, "dof 2"], row: int) -> str:
+def label(dof: Dof, row: int) -> str:
     """Name a row by its node and direction."""
     node, direction = dof[row].tolist()
     return f"node {node} {DIRECTIONS[direction - 1]}"

@@ -95,12 +95,7 @@ class Accuracy(NamedTuple):
 
 
 def reduced_basis(
-    flexibility: StaticFlexibility,
-    affine: Affine,
-    up_to: float,
-    *,
-    tolerance: float,
-    margin: float,
+    flexibility: StaticFlexibility, affine: Affine, up_to: float, *, tolerance: float, margin: float
 ) -> ReducedBasis:
     """Basis of nominal modes, extended where the natural frequencies in a box are worst.
 

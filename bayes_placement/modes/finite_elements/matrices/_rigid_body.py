@@ -7,6 +7,9 @@ from scipy.sparse import csc_array
 
 from ._symmetric_factor import SymmetricFactor, start_vector
 
+Fields = Float[np.ndarray, "row field"]
+Directions = Int[np.ndarray, "row"]
+
 FORCE = 1e-11
 """Share of the stiffness met in a row, below which the force of a rigid-body field is rounding."""
 
@@ -18,7 +21,7 @@ ENERGY = 1e-14
 
 
 def geometric_fields(
-    position: Float[np.ndarray, "row 3"], direction: Int[np.ndarray, "row"]
+    position: Float[np.ndarray, "row 3"], direction: Directions
 ) -> Float[np.ndarray, "row 6"]:
     """Three translations and three rotations about the centre, the largest displacement about 1.
 
@@ -39,9 +42,7 @@ def geometric_fields(
 
 
 def free_fields(
-    stiffness: csc_array,
-    fields: Float[np.ndarray, "row field"],
-    fixed: Float[np.ndarray, "fixed field"],
+    stiffness: csc_array, fields: Fields, fixed: Float[np.ndarray, "fixed field"]
 ) -> Float[np.ndarray, "row free"]:
     """Combinations of fields that vanish where the structure is held and need no force.
 
@@ -73,9 +74,7 @@ def further_field(factor: SymmetricFactor) -> Float[np.ndarray, "row"] | None:
     return motion if abs(energy) <= ENERGY * met else None
 
 
-def pins(
-    fields: Float[np.ndarray, "row field"], direction: Int[np.ndarray, "row"]
-) -> Int[np.ndarray, "pin"]:
+def pins(fields: Fields, direction: Directions) -> Int[np.ndarray, "pin"]:
     """Rows that hold the fields: one for each, translations where these suffice."""
     if not fields.shape[1]:
         return np.empty(0, dtype=np.int64)

@@ -11,6 +11,8 @@ from ...._types import InputError
 from . import _rigid_body as rigid_body
 from ._symmetric_factor import SymmetricFactor, blocks, factorised
 
+Fields = Float[np.ndarray, "row field"]
+
 MECHANISMS = 12
 """Motions without strain energy that may exist besides those of a rigid body."""
 
@@ -31,7 +33,7 @@ class StaticFlexibility:
     stiffness: csc_array
     mass: csc_array
     """Matrices on the rows that may move, in an order of elimination that fills little."""
-    fields: Float[np.ndarray, "row field"]
+    fields: Fields
     """Mass-orthonormal motions without strain energy."""
     pins: Int[np.ndarray, "pin"]
     """Rows that hold them."""
@@ -78,10 +80,7 @@ class StaticFlexibility:
 
 
 def static_flexibility(
-    stiffness: csc_array,
-    mass: csc_array,
-    fields: Float[np.ndarray, "row field"],
-    direction: Int[np.ndarray, "row"],
+    stiffness: csc_array, mass: csc_array, fields: Fields, direction: Int[np.ndarray, "row"]
 ) -> StaticFlexibility:
     """Factorise a stiffness once the motions without strain energy are pinned."""
     for _ in range(MECHANISMS + 1):
@@ -102,9 +101,7 @@ def static_flexibility(
     )
 
 
-def mass_orthonormal(
-    fields: Float[np.ndarray, "row field"], mass: csc_array
-) -> Float[np.ndarray, "row field"]:
+def mass_orthonormal(fields: Fields, mass: csc_array) -> Fields:
     """Fields of modal mass 1 and without coupling by mass, each with its largest entry positive."""
     if not fields.shape[1]:
         return fields
