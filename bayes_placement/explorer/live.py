@@ -11,11 +11,16 @@ from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
 from .actions import Action, Drawn, Moved, Refitted, Removed, ValuedModel
 from .candidates import Position, added, placed_at
-from .drawn_structure import modes_for_page
 from .found import actions_of, ledger_for_page, reach_for_page
 from .frames import packed
 from .messages import Message
-from .page_frames import Surroundings, curves_frame, model_frame, state_for_page
+from .page_frames import (
+    Surroundings,
+    curves_frame,
+    model_frame,
+    modes_for_page,
+    state_for_page,
+)
 from .response import Response, ResponseOf, items_of
 from .session import Session
 from .sliders import Slider, sliders

@@ -1,4 +1,4 @@
-"""Frames that a page is told: the model, curves, and the state."""
+"""What the page is told: structure, modes, what was measured and what a model predicts."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -6,17 +6,70 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..experiment.experiment import Measurements
+from ..criticism.findings._shapes import outline_of, shapes
+from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
-from .drawn_structure import structure_for_page
+from ..positions._outlines import outline_of as tolerance_of
+from ..positions.vectors import unit_vector
 from .frames import packed
 from .kept import KeptPage
-from .response import Response, coherence_rows, measured_rows, pair_labels
+from .response import Response, Values, coherence_rows, measured_rows, pair_labels
 from .session import Session
 from .sliders import Slider, as_json
 
 if TYPE_CHECKING:
     from .live import LivePage
+
+DIGITS = 6
+"""Digits of coordinates."""
+
+
+def structure_for_page(experiment: Experiment) -> dict[str, Any]:
+    """Return points [m] and lines of a structure, its transducers with axes and tolerances."""
+    outline = outline_of(experiment)
+    bounds = experiment.structure.modes.bounds()
+    low, high = (np.resize(np.pad(np.atleast_1d(end), (0, 2)), 3) for end in bounds)
+    return {
+        "points": _rounded(outline["point"].values),
+        "lines": outline["line"].values.tolist(),
+        "on_a_line": bool(outline.attrs["on_a_line"]),
+        "low": _rounded(low),
+        "high": _rounded(high),
+        "transducers": [
+            _transducer(transducer, bounds)
+            for side in (experiment.sensor, experiment.actuator)
+            for transducer in side.values()
+        ],
+    }
+
+
+def modes_for_page(experiment: Experiment, values: Values) -> dict[str, Any]:
+    """Return natural frequencies [Hz] and mode shapes at the points of the structure."""
+    found = shapes(experiment, values, outline_of(experiment))
+    shape = found["shape"].values
+    largest = np.abs(shape).max(axis=(1, 2), keepdims=True, initial=0.0)
+    return {
+        "frequency": _rounded(found["natural_frequency"].values),
+        "shape": _rounded(shape / np.where(largest > 0, largest, 1.0)),
+        "axes": list(found.attrs["axes"]),
+    }
+
+
+def _transducer(transducer: Any, bounds: Any) -> Mapping[str, Any]:
+    place = np.atleast_1d(np.asarray(transducer.recorded, dtype=float))
+    tolerance = tolerance_of(transducer.position, bounds)
+    return {
+        "kind": transducer.kind.lower(),
+        "name": transducer.name,
+        "at": _rounded(np.pad(place, (0, 3 - place.size))),
+        "directions": [list(map(float, unit_vector(d))) for d in transducer.directions],
+        "axes": [int(direction) for direction in transducer.directions],
+        "tolerance": _rounded(np.reshape(tolerance, (-1, 3))),
+    }
+
+
+def _rounded(numbers: Any) -> Any:
+    return np.round(np.asarray(numbers, dtype=float), DIGITS).tolist()
 
 
 class Surroundings(NamedTuple):

@@ -1,13 +1,15 @@
 """A compiled function of batches at any number of points, as many batches at once as cores."""
 
 import functools
+import os
 from collections.abc import Callable, Sequence
-from typing import Any
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, TypeVar
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int, Shaped
 
-from .threaded_map import threaded_map
+from .._processes import has_one_core
 
 BATCH = 8
 """Points evaluated together: more cost memory, fewer cost compiled calls."""
@@ -52,3 +54,38 @@ class BatchedFunction:
         padded = np.concatenate([batch, np.repeat(batch[-1:], BATCH - len(batch), axis=0)])
         for array, values in zip(arrays, self._function(padded, *arguments), strict=True):
             array[begin : begin + BATCH] = np.asarray(values)[: len(batch)]
+
+
+MOST_AT_ONCE = 4
+"""Most calls at once: linear algebra in them waits for threads of JAX, see `LEAST_THREADS`."""
+
+Input = TypeVar("Input")
+Output = TypeVar("Output")
+
+
+def threaded_map(function: Callable[[Input], Output], inputs: Sequence[Input]) -> list[Output]:
+    """Outputs of a function, in the order of its inputs."""
+    threads = None if has_one_core() else _threads(os.getpid())
+    if threads is None or len(inputs) < 2:
+        return [function(value) for value in inputs]
+    return list(threads.map(function, inputs))
+
+
+@functools.cache
+def _threads(process: int) -> ThreadPoolExecutor | None:
+    """One thread for each core, none where there is a single one.
+
+    By the number of the process: one that is forked has no thread of its parent, and would wait.
+    """
+    count = min(os.cpu_count() or 1, MOST_AT_ONCE)
+    return ThreadPoolExecutor(count, thread_name_prefix="threaded_map") if count > 1 else None
+
+
+def distinct_rows(
+    rows: Shaped[np.ndarray, "row column"],
+) -> tuple[Int[np.ndarray, "different"], Int[np.ndarray, "row"]]:
+    """Return the first index of each distinct row, and for each row which of these it is."""
+    number: dict[bytes, int] = {}
+    which = np.array([number.setdefault(row.tobytes(), len(number)) for row in rows], dtype=int)
+    _, first = np.unique(which, return_index=True)
+    return first, which

@@ -16,12 +16,10 @@ from .._sites import Unknown
 from ..experiment.applied import AppliedLaw
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
-from .batched_function import BATCH, BatchedFunction
+from .batched_function import BATCH, BatchedFunction, distinct_rows, threaded_map
 from .batches import Form, batch
 from .coordinates import Coordinates
-from .distinct_rows import distinct_rows
 from .standardised_residual import standardised_residual
-from .threaded_map import threaded_map
 
 
 class State(NamedTuple):

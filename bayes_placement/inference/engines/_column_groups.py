@@ -12,8 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..distinct_rows import distinct_rows
-from ..threaded_map import threaded_map
+from ..batched_function import distinct_rows, threaded_map
 
 
 class Block(NamedTuple):
