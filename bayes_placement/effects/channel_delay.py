@@ -14,12 +14,10 @@ class ChannelDelay(OnTransducer):
 
     Parameters
     ----------
-    transducer
-        Name of the sensor or actuator.
+    transducer, side
+        Name of the sensor or actuator, and `sensor` or `actuator` where that leaves it open.
     delay
         Delay tau of its FRFs [s].
-    side
-        `sensor` or `actuator`; by default it follows from the name.
     direction
         Recorded direction of the only channel that is delayed; None for all of the transducer.
 

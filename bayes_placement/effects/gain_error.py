@@ -20,12 +20,10 @@ class GainError(OnTransducer):
 
     Parameters
     ----------
-    transducer
-        Name of the sensor or actuator.
+    transducer, side
+        Name of the sensor or actuator, and `sensor` or `actuator` where that leaves it open.
     error
         Relative error of its sensitivity [1].
-    side
-        `sensor` or `actuator`; by default it follows from the name.
     direction
         Recorded direction of the only channel that is wrong; None for all of the transducer.
 

@@ -29,8 +29,8 @@ class MainsHum(OnTransducer):
 
     Parameters
     ----------
-    transducer
-        Name of the sensor or actuator.
+    transducer, side
+        Name of the sensor or actuator, and `sensor` or `actuator` where that leaves it open.
     share
         Amplitude over the root mean square of each FRF [1].
     phase
@@ -41,8 +41,6 @@ class MainsHum(OnTransducer):
         Greatest distance of a line with hum from a multiple [Hz], as half the spacing of lines.
     quantity
         `displacement`, `velocity` or `acceleration`: what the sensors measure.
-    side
-        `sensor` or `actuator`; by default it follows from the name.
     direction
         Recorded direction of the only channel that hums; None for all of the transducer.
 

@@ -18,16 +18,14 @@ class PhaseDrift(OnTransducer):
 
     Parameters
     ----------
-    transducer
-        Name of the sensor or actuator.
+    transducer, side
+        Name of the sensor or actuator, and `sensor` or `actuator` where that leaves it open.
     phase
         Lag of its FRFs at the reference frequency [rad].
     reference
         Reference frequency [Hz].
     exponent
         Growth of the lag with frequency [1].
-    side
-        `sensor` or `actuator`; by default it follows from the name.
     direction
         Recorded direction of the only channel that lags; None for all of the transducer.
 

@@ -9,12 +9,10 @@ class ReversedChannel(OnTransducer):
 
     Parameters
     ----------
-    transducer
-        Name of the sensor or actuator.
+    transducer, side
+        Name of the sensor or actuator, and `sensor` or `actuator` where that leaves it open.
     share
         1 where its axis points the other way, 0 where it points as recorded; between, a mixture.
-    side
-        `sensor` or `actuator`; by default it follows from the name.
     direction
         Recorded direction of the only channel that is reversed; None for all of the transducer.
 
