@@ -89,13 +89,7 @@ def _is_ours(frame: types.FrameType) -> bool:
 def check_kind(
     argument: str, value: Any, kinds: type | tuple[type, ...], needed: str, instead: str
 ) -> None:
-    """Refuse another kind, with what is `needed` and why, and the line that fixes it.
-
-    Raises
-    ------
-    InputError
-        If it is of another kind.
-    """
+    """Refuse another kind, with what is `needed` and why, and the line that fixes it."""
     if not isinstance(value, kinds):
         raise InputError(f"{argument}={shown(value)} was given; {needed}: {instead}.")
 
@@ -117,13 +111,7 @@ def finite_number(argument: str, value: Any, instead: str) -> float:
 
 
 def check_positive(argument: str, value: Any, instead: str, most: float = np.inf) -> None:
-    """Refuse what is no number above zero, or is above a greatest one.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """Refuse what is no number above zero, or is above a greatest one."""
     if not 0 < finite_number(argument, value, instead) <= most:
         limit = "" if most == np.inf else f" and up to {most:g}"
         raise InputError(
@@ -160,11 +148,6 @@ def arguments_checked(function: Function) -> Function:
     """Refuse arguments of a public function that are of another kind than its annotations say.
 
     Single numbers are finite. Shapes and ranges are the function's own matter.
-
-    Raises
-    ------
-    InputError
-        By the function that is returned, if an argument is of another kind, missing or unknown.
     """
     signature = inspect.signature(function)
 

@@ -134,10 +134,7 @@ def covariance(matrices: Any, values: np.ndarray, labels: Sequence[str]) -> np.n
 def correlation(matrix: Any, covariance: np.ndarray) -> np.ndarray:
     """Return the correlation of natural frequencies between modes; the identity for None.
 
-    Raises
-    ------
-    InputError
-        If it is none, or the natural frequency of a mode is correlated with its other rows too.
+    Others are refused, and where a mode is correlated with its other rows too.
     """
     count = len(covariance)
     if matrix is None:
@@ -162,13 +159,7 @@ def correlation(matrix: Any, covariance: np.ndarray) -> np.ndarray:
 
 
 def repeats(argument: str, values: Any, shape: tuple[int, ...] | None) -> np.ndarray:
-    """Return repeats (repeat, mode), of this shape where one is given.
-
-    Raises
-    ------
-    InputError
-        If they have another, are not all finite, or are fewer than modes and two.
-    """
+    """Return finite repeats (repeat, mode), of a shape if given; at least two more than modes."""
     array = _numbers(argument, values)
     wrong = array.ndim != 2 or array.shape != (shape or array.shape)
     if wrong or not np.all(np.isfinite(array)):

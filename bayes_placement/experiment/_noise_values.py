@@ -24,13 +24,7 @@ def not_negative(call: str, word: str, value: Parameter) -> Parameter:
 
 
 def positive(call: str, word: str, value: Parameter) -> Parameter:
-    """Return a standard deviation, or a factor on one, if it is positive or a distribution.
-
-    Raises
-    ------
-    InputError
-        If it is not positive and finite.
-    """
+    """Return a standard deviation, or a factor on one, if it is positive or a distribution."""
     if is_open(value):
         return value
     _check_numbers(call, word, value)
@@ -53,13 +47,7 @@ def _check_numbers(call: str, word: str, value: Any) -> None:
 
 
 def check_lines(matrix: Parameter, lines: int) -> None:
-    """Refuse a covariance that has not as many rows as there are lines.
-
-    Raises
-    ------
-    InputError
-        If it has another number.
-    """
+    """Refuse a covariance that has not as many rows as there are lines."""
     shape = tuple(matrix.shape()) if is_unknown(matrix) else np.shape(matrix)
     if shape != (lines, lines):
         raise InputError(
@@ -77,13 +65,7 @@ def _symmetric(matrix: np.ndarray) -> np.ndarray:
 
 
 def positive_definite(matrix: Parameter) -> Parameter:
-    """Return a covariance if it is positive definite or a distribution.
-
-    Raises
-    ------
-    InputError
-        If it is not square and positive definite.
-    """
+    """Return a covariance if it is positive definite or a distribution."""
     if is_open(matrix):
         return matrix
     check_annotated("matrix", matrix, Float[np.ndarray, "line line"] | Array)

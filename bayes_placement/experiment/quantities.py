@@ -40,13 +40,7 @@ QUANTITIES = (
 
 
 def quantity_of(word: str) -> Quantity:
-    """Return the quantity of a word: that of the FRF or that of the motion.
-
-    Raises
-    ------
-    InputError
-        If it is neither.
-    """
+    """Return the quantity of a word: that of the FRF or that of the motion."""
     for quantity in QUANTITIES:
         if word in (quantity.frf, quantity.motion):
             return quantity

@@ -182,11 +182,6 @@ def check_result(name: str, result: xr.DataTree, why: str, example: str) -> None
     """Refuse a tree of another program, such as that of ArviZ's `from_numpyro`.
 
     For the message: its name, why it is needed, and an example of a call that gets it.
-
-    Raises
-    ------
-    InputError
-        If it is none.
     """
     if not isinstance(result, xr.DataTree) or "estimates" not in result.children:
         raise InputError(

@@ -117,11 +117,6 @@ def panels(
 
     Axes of the caller stand row by row, one for each panel. Those of a new figure have relative
     heights of the rows, a size [inch] of each panel and a projection.
-
-    Raises
-    ------
-    InputError
-        If the number of axes is not that of the panels.
     """
     if axes is not None:
         return _panels_of_caller(np.array(axes, dtype=object).ravel(), rows, columns)

@@ -34,11 +34,6 @@ def vector(argument: str, values: Any) -> CartesianComponents:
     """Return three finite numbers as a tuple.
 
     What they were given as is for the error.
-
-    Raises
-    ------
-    InputError
-        If they are not three finite numbers.
     """
     array = _numbers(values)
     if array.shape != (3,) or not np.all(np.isfinite(array)):
@@ -59,13 +54,7 @@ def _numbers(values: Any) -> np.ndarray:
 
 
 def direction_of(argument: str, values: Any) -> CartesianComponents:
-    """Return a direction of unit length.
-
-    Raises
-    ------
-    InputError
-        If it has no length.
-    """
+    """Return a direction of unit length, or refuse one that has none."""
     array = np.array(vector(argument, values))
     length = np.linalg.norm(array)
     if not length > 0:
