@@ -14,6 +14,7 @@ from ..experiment.experiment import Experiment
 from ..inference.coordinates import Coordinates
 from ..positions.places import Place, typical
 from .actions import Added, with_stated
+from .response import is_placed
 
 Position = tuple[float, float, float]
 """Where a user points to [m]: x, y, z."""
@@ -37,7 +38,7 @@ def offered(experiment: Experiment) -> list[Offered]:
         if effect.name in EFFECTS:
             kinds.setdefault(effect.name, []).append(effect)
     return [
-        Offered(kind, [_setting(experiment, effect) for effect in effects], _is_placed(effects[0]))
+        Offered(kind, [_setting(experiment, effect) for effect in effects], is_placed(effects[0]))
         for kind, effects in kinds.items()
     ]
 
@@ -99,7 +100,7 @@ def _begin(experiment: Experiment, name: str) -> dict[str, float]:
 def _at(experiment: Experiment, name: str, at: Position | None) -> dict[str, float]:
     """Values of the place of an effect nearest to a position; none where it has no place."""
     effect = _effect(experiment, name)
-    if at is None or not _is_placed(effect):
+    if at is None or not is_placed(effect):
         return {}
     nearest = effect.at.nearest(at) if isinstance(effect.at, Place) else {}
     values = {}
@@ -116,15 +117,11 @@ def _distance(
 ) -> float:
     """Distance of an effect from where it is put [m]; zero where it has no place."""
     effect = _effect(experiment, name)
-    if at is None or not _is_placed(effect):
+    if at is None or not is_placed(effect):
         return 0.0
     arrays = {word: np.array([value]) for word, value in values.items()}
     (place,) = locations(effect, experiment, arrays, 1)
     return float(np.linalg.norm(np.where(np.isnan(place), 0.0, place - np.asarray(at))).round(9))
-
-
-def _is_placed(effect: Effect) -> bool:
-    return effect.place_fields[:1] == ("at",)
 
 
 def _setting(experiment: Experiment, effect: Effect) -> str:

@@ -118,7 +118,7 @@ def pair_labels(experiment: Experiment) -> list[dict[str, Any]]:
 
 def items_of(experiment: Experiment) -> list[tuple[str, str]]:
     """Kind and name of what has a place: sensors, actuators, and effects that are somewhere."""
-    placed = [("effect", effect.name) for effect in experiment.effects if _is_placed(effect)]
+    placed = [("effect", effect.name) for effect in experiment.effects if is_placed(effect)]
     sensors = [("sensor", name) for name in experiment.sensor]
     return [*sensors, *(("actuator", name) for name in experiment.actuator), *placed]
 
@@ -133,12 +133,12 @@ def _response(experiment: Experiment, data: Data, values: Mapping[str, Any]) -> 
 def _places(known: Experiment) -> Float[Array, "item 3"]:
     instruments = [*known.sensor.values(), *known.actuator.values()]
     where: list[Any] = [transducer.position for transducer in instruments]
-    where += [getattr(e, e.place_fields[0]) for e in known.effects if _is_placed(e)]
+    where += [getattr(e, e.place_fields[0]) for e in known.effects if is_placed(e)]
     three = [jnp.ravel(coordinates(at)) for at in where]
     return jnp.stack([jnp.pad(at, (0, 3 - at.size)) for at in three])
 
 
-def _is_placed(effect: Any) -> bool:
+def is_placed(effect: Any) -> bool:
     """Whether an effect has a place of its own, rather than a shift or a part."""
     return effect.place_fields[:1] == ("at",)
 

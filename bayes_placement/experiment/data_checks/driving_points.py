@@ -28,7 +28,7 @@ _PARTS = {
 
 def can_check(record: Record) -> bool:
     """Tell whether a sensor and an actuator share a place and an axis."""
-    return bool(set(record.driving_points) & set(record.pairs)) and bool(_lines(record).any())
+    return bool(set(record.driving_points) & set(record.pairs)) and bool(record.moving.any())
 
 
 def check(record: Record) -> Iterator[Fault]:
@@ -39,7 +39,7 @@ def check(record: Record) -> Iterator[Fault]:
     noise on the wrong side. Where sensor and actuator may sit apart, as many lines may do so as in
     the worst of some draws from the priors.
     """
-    lines = _lines(record)
+    lines = record.moving
     for pair, sign in record.driving_points.items():
         if not record.measured[pair]:
             continue
@@ -50,10 +50,6 @@ def check(record: Record) -> Iterator[Fault]:
             yield record.fault(
                 pair, float(wrong.mean()), threshold, _sentence(record, pair, sine, wrong, lines)
             )
-
-
-def _lines(record: Record) -> Bool[np.ndarray, "frequency"]:
-    return record.frequency > 0
 
 
 def _power_sine(

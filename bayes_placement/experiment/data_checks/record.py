@@ -62,6 +62,11 @@ class Record:
         return self.measurement.frequency
 
     @property
+    def moving(self) -> Bool[np.ndarray, "frequency"]:
+        """Which lines are above 0 Hz."""
+        return self.frequency > 0
+
+    @property
     def measured(self) -> Bool[np.ndarray, "sensor actuator"]:
         """Which pairs were measured."""
         return self.measurement.measured

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 import numpy as np
-from jaxtyping import Bool, Complex, Float
+from jaxtyping import Complex, Float
 
 from .._noise_level import FEWEST_LINES
 from ..measurement import Measurement
@@ -41,8 +41,8 @@ def check(record: Record) -> Iterator[Fault]:
     error has log(2) of its mean for a median. What the model leaves at draws from its priors is
     curvature. Windows make neighbouring lines alike, so that nothing is said of overstated noise.
     """
-    ratio = _ratio(record, record.frf[..., _lines(record)])
-    _, draws = prior_responses(record, record.frequency[_lines(record)])
+    ratio = _ratio(record, record.frf[..., record.moving])
+    _, draws = prior_responses(record, record.frequency[record.moving])
     curvature = max(_square(_ratio(record, draw)) for draw in draws)
     factor = np.sqrt(max(_square(ratio) - curvature, 0.0))
     # Of the median of so many exponential distributions, and half for a root.
@@ -59,13 +59,9 @@ def check(record: Record) -> Iterator[Fault]:
         )
 
 
-def _lines(record: Record) -> Bool[np.ndarray, "frequency"]:
-    return record.frequency > 0
-
-
 def _ratio(record: Record, frf: Response) -> Float[np.ndarray, "sensor actuator difference"]:
     """Square of the differences over that of the stated noise, which is a share of each FRF."""
-    lines = _lines(record)
+    lines = record.moving
     size = np.abs(frf) / np.where(record.frf == 0, np.nan, np.abs(record.frf))[..., lines]
     expected = _filtered(record.noise_variance[..., lines] * size**2, _ORDER**2)
     return np.abs(_filtered(frf, _ORDER)) ** 2 / np.where(expected > 0, expected, np.nan)
