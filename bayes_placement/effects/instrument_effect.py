@@ -18,21 +18,14 @@ Factor: TypeAlias = Inexact[Array, "#sensor #actuator #frequency"]
 
 
 class Alone(NamedTuple):
-    """An effect on a few transducers, as the only ones of their side.
-
-    Parameters
-    ----------
-    effect
-        The effect, its transducers by their numbers among these.
-    side
-        `sensor` or `actuator`.
-    names
-        Their names, in the order of the experiment.
-    """
+    """An effect on a few transducers, as the only ones of their side."""
 
     effect: Effect
+    """The effect, its transducers by their numbers among these."""
     side: str
+    """`sensor` or `actuator`."""
     names: tuple[str, ...]
+    """Their names, in the order of the experiment."""
 
 
 class InstrumentEffect(Effect):

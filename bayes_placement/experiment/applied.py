@@ -29,7 +29,6 @@ from ..modes.modes import Modes
 from ..modes.points import Points
 from ..modes.ports import PortLaw
 from .experiment import Experiment
-from .structure import is_dict
 
 HOOKS = ("moved", "load", "laplace", "evaluated", "added", "channel_factor", "recorded")
 """Methods by which an effect acts on the instruments."""
@@ -134,7 +133,7 @@ def _with_instruments_moved(known: Experiment) -> Experiment:
         lambda tree: (tree.sensor, tree.actuator, tree.instrument_effects),
         known,
         (OrderedDict(instruments.sensors), OrderedDict(instruments.actuators), remaining),
-        is_leaf=is_dict,
+        is_leaf=_is_dict,
     )
 
 
@@ -152,7 +151,7 @@ def _with_factor(known: Experiment) -> Experiment:
         factor = factor if of_effect is None else factor * of_effect
     merged = AppliedFactor(factor)
     remaining = _without(known.instrument_effects, plain) | {merged.name: merged}
-    return eqx.tree_at(lambda tree: tree.instrument_effects, known, remaining, is_leaf=is_dict)
+    return eqx.tree_at(lambda tree: tree.instrument_effects, known, remaining, is_leaf=_is_dict)
 
 
 def _with_stiffness(known: Experiment) -> Experiment:
@@ -174,7 +173,7 @@ def _with_stiffness(known: Experiment) -> Experiment:
         return renamed
     ports = {names.get(name, name): error for name, error in known.model_error.ports.items()}
     return eqx.tree_at(
-        lambda tree: tree.model_error.ports, renamed, OrderedDict(ports), is_leaf=is_dict
+        lambda tree: tree.model_error.ports, renamed, OrderedDict(ports), is_leaf=_is_dict
     )
 
 
@@ -199,7 +198,7 @@ def _with_modulus(known: Experiment) -> Experiment:
 
 
 def _with_structure_effects(known: Experiment, effects: OrderedDict[str, Any]) -> Experiment:
-    return eqx.tree_at(lambda tree: tree.structure.effects, known, effects, is_leaf=is_dict)
+    return eqx.tree_at(lambda tree: tree.structure.effects, known, effects, is_leaf=_is_dict)
 
 
 def _omega(known: Experiment) -> Omega:
@@ -210,3 +209,7 @@ def _omega(known: Experiment) -> Omega:
 def _without(effects: Any, dropped: Sequence[Effect]) -> OrderedDict[str, Any]:
     names = {effect.name for effect in dropped}
     return OrderedDict((name, effect) for name, effect in effects.items() if name not in names)
+
+
+def _is_dict(leaf: Any) -> bool:
+    return isinstance(leaf, dict)
