@@ -1,91 +1,45 @@
 """An experiment whose effects are applied as far as they are plain numbers at its lines.
 
-A mass, a spring and an absorber are a dynamic stiffness at a place; a gain, a delay and a mount are
-a factor on channels; a misplaced sensor is a sensor at another place. Experiments with one or
-another of them then have one form, and share one compiled response.
+A mass, a spring and an absorber are a dynamic stiffness at a place; a sensor and an exciter are a
+load where they sit; a gain, a delay and a mount are a factor on channels; a window and a rate are
+other lines; a misplaced sensor is a sensor at another place, a longer bar is a bar. Experiments
+with one or another of them then have one form, and share one compiled response.
 """
 
 from collections import OrderedDict
 from collections.abc import Iterator, Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Complex, Float
+from jaxtyping import Array, Complex
 
 from ..effects.beyond_prior import BeyondPrior
 from ..effects.effect import (
     Effect,
     GlobalChange,
+    Hinged,
     Modulus,
     Omega,
     OnPorts,
-    Stiffness,
 )
 from ..effects.instrument_effect import InstrumentEffect
-from ..effects.instruments import Instruments
-from ..effects.scales import Scales
-from ..modes.modes import Modes
-from ..modes.points import Points
+from ..modes.beams.uniform_line import UniformLine
 from ..modes.ports import PortLaw
+from .applied_effects import (
+    AppliedHinges,
+    AppliedLaw,
+    AppliedLines,
+    AppliedLoads,
+    AppliedModulus,
+    AppliedRecord,
+)
 from .experiment import Experiment
+from .recording import recorded_frequency
 
 HOOKS = ("moved", "load", "laplace", "evaluated", "added", "channel_factor", "recorded")
 """Methods by which an effect acts on the instruments."""
-
-
-class Applied(Effect):
-    """What effects are at the lines of an experiment; no candidate."""
-
-    @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["Applied"]:
-        """Return none."""
-        return []
-
-
-class AppliedLaw(Applied, OnPorts):
-    """A law of which the ports and the dynamic stiffness at each line are known."""
-
-    absent: ClassVar[tuple[str, float]] = ("numerator", 0.0)
-    points: Points
-    numerator: Complex[Array, "*port frequency"] = eqx.field(metadata={"unit": "N/m"})
-    denominator: Complex[Array, "*port frequency"] = eqx.field(metadata={"unit": "1"})
-    name: str = eqx.field(static=True, kw_only=True)
-
-    def port_laws(self, modes: Modes, modulus: Stiffness, omega: Omega) -> Sequence[PortLaw]:
-        """The ports and the law on each, as they were applied."""
-        return [PortLaw(self.points, self.numerator, self.denominator)]
-
-
-class AppliedModulus(Applied, Modulus):
-    """A modulus that is known at each line."""
-
-    absent: ClassVar[tuple[str, float]] = ("excess", 0.0)
-    excess: Complex[Array, "frequency"] = eqx.field(metadata={"unit": "1"})
-    kept: Float[Array, ""] = eqx.field(metadata={"unit": "1"})
-    name: str = eqx.field(static=True, default="applied.modulus", kw_only=True)
-
-    def relative_modulus(self, omega: Omega) -> Complex[Array, "frequency"]:
-        """What is added at the lines [1]."""
-        return self.excess
-
-    def kept_damping(self) -> Float[Array, ""]:
-        """Share of the damping law that remains [1]."""
-        return self.kept
-
-
-class AppliedFactor(Applied, InstrumentEffect):
-    """A factor on each FRF that is known at each line."""
-
-    absent: ClassVar[tuple[str, float]] = ("known", 1.0)
-    known: Complex[Array, "sensor actuator frequency"] = eqx.field(metadata={"unit": "1"})
-    name: str = eqx.field(static=True, default="applied.factor", kw_only=True)
-
-    def channel_factor(
-        self, omega: Omega, instruments: Instruments
-    ) -> Complex[Array, "sensor actuator frequency"]:
-        """Factor at the lines [1]."""
-        return self.known
 
 
 def applied(known: Experiment) -> Experiment:
@@ -96,17 +50,18 @@ def applied(known: Experiment) -> Experiment:
     Where modes are observed, or an effect needs the response at other frequencies than the lines,
     the experiment stays as it is.
     """
-    if known.observe.is_modal or needs_other_lines(known):
+    if known.observe.is_modal or _acts_by(known, "evaluated"):
         return known
     beyond = known.structure.of_kind(BeyondPrior)
     known = _with_structure_effects(known, _without(known.structure.effects, beyond))
-    return _with_modulus(_with_stiffness(_with_factor(_with_instruments_moved(known))))
+    for step in (_moved, _resized, _at_lines, _loaded, _recorded, _with_stiffness, _with_modulus):
+        known = step(known)
+    return known
 
 
 def needs_other_lines(experiment: Experiment) -> bool:
     """Whether an effect needs the response at other frequencies than the lines."""
-    elsewhere = {"laplace", "evaluated"}
-    return any(_hooks(effect) & elsewhere for effect in _acting(experiment))
+    return bool(_acts_by(experiment, "laplace") or _acts_by(experiment, "evaluated"))
 
 
 def _acting(experiment: Experiment) -> list[InstrumentEffect]:
@@ -120,37 +75,108 @@ def _hooks(effect: InstrumentEffect) -> set[str]:
     return {name for name in HOOKS if getattr(kind, name) is not getattr(InstrumentEffect, name)}
 
 
-def _with_instruments_moved(known: Experiment) -> Experiment:
-    """Instruments where they truly sat, unless what moves them does something else as well."""
-    movers = [effect for effect in _acting(known) if "moved" in _hooks(effect)]
-    if any(_hooks(effect) != {"moved"} for effect in movers):
-        return known
-    instruments = known.instruments
+def _acts_by(known: Experiment, hook: str) -> list[InstrumentEffect]:
+    """Effects that override a method."""
+    return [effect for effect in _acting(known) if hook in _hooks(effect)]
+
+
+def _acts_alone_by(known: Experiment, hook: str) -> list[InstrumentEffect]:
+    """Effects that override a method, unless one of them does something else as well."""
+    found = _acts_by(known, hook)
+    return found if all(_hooks(effect) == {hook} for effect in found) else []
+
+
+def _moved(known: Experiment) -> Experiment:
+    """Instruments where they truly sat."""
+    instruments, movers = known.instruments, _acts_alone_by(known, "moved")
     for effect in movers:
         instruments = effect.moved(instruments, known.structure.modes)
-    remaining = _without(known.instrument_effects, movers)
-    return eqx.tree_at(
-        lambda tree: (tree.sensor, tree.actuator, tree.instrument_effects),
+    moved = eqx.tree_at(
+        lambda tree: (tree.sensor, tree.actuator),
         known,
-        (OrderedDict(instruments.sensors), OrderedDict(instruments.actuators), remaining),
+        (OrderedDict(instruments.sensors), OrderedDict(instruments.actuators)),
         is_leaf=_is_dict,
     )
+    return _in_place_of(movers, moved)
 
 
-def _with_factor(known: Experiment) -> Experiment:
-    """All factors on channels in one, unless another effect mixes channels."""
-    effects = _acting(known)
-    if any("recorded" in _hooks(effect) for effect in effects):
+def _resized(known: Experiment) -> Experiment:
+    """A uniform line of its true size, with its hinges as numbers.
+
+    Effects that move instruments see the line as drawn, and a preload sees it before its hinges.
+    """
+    structure, modes = known.structure, known.structure.modes
+    if not isinstance(modes, UniformLine) or _acts_by(known, "moved"):
         return known
-    plain = [effect for effect in effects if _hooks(effect) == {"channel_factor"}]
+    changes = structure.of_kind(GlobalChange)
+    sizes = [change for change in changes if change.changes_size]
+    for change in sizes:
+        modes = change.changed(modes)
+    if sizes:  # all numbers differ within a batch then, whichever dimension it is
+        modes = jax.tree.map(lambda number: 1.0 * number, modes)
+    hinged = structure.of_kind(Hinged) if len(changes) == len(sizes) else []
+    effects = _without(structure.effects, [*sizes, *hinged])
+    if hinged:
+        hinges = _merged([hinge for effect in hinged for hinge in effect.hinges(modes)])
+        effects[hinges.name] = hinges
+    resized = eqx.tree_at(lambda tree: tree.structure.modes, known, modes)
+    return _with_structure_effects(resized, effects)
+
+
+def _merged(hinges: Sequence[Any]) -> AppliedHinges:
+    places, orders, compliances = zip(*hinges, strict=True)
+    at, compliance = (jnp.stack([*map(jnp.asarray, values)]) for values in (places, compliances))
+    return AppliedHinges(at, compliance, orders)
+
+
+def _at_lines(known: Experiment) -> Experiment:
+    """All that says at what s / i the lines are in one."""
+    changes = _acts_alone_by(known, "laplace")
+    return _in_place_of(changes, known, AppliedLines(_omega(known) + 0j)) if changes else known
+
+
+def _loaded(known: Experiment) -> Experiment:
+    """All loads in one."""
+    loads, omega = _acts_alone_by(known, "load"), _omega(known)
+    sides = {side for effect in loads for side in effect.loads}
+    stiffness = OrderedDict(
+        (side, jnp.stack([_load(loads, side, number, omega) for number, _ in enumerate(channels)]))
+        for side in sorted(sides)
+        for channels in [known.instruments.side(side)]
+    )
+    return _in_place_of(loads, known, AppliedLoads(stiffness)) if loads else known
+
+
+def _load(
+    effects: Sequence[InstrumentEffect], side: str, number: int, omega: Omega
+) -> Complex[Array, "frequency"]:
+    """Dynamic stiffness of a transducer at the lines [N/m]."""
+    loads = (effect.load(side, number, omega) for effect in effects if side in effect.loads)
+    return sum(loads, jnp.zeros(omega.shape, complex))
+
+
+def _recorded(known: Experiment) -> Experiment:
+    """All that is added to FRFs and all factors on them in one, unless an effect mixes channels."""
+    if _acts_by(known, "recorded"):
+        return known
+    additions = _acts_alone_by(known, "added")
+    plain = [effect for effect in _acting(known) if _hooks(effect) == {"channel_factor"}]
     omega = _omega(known)
-    channels = (len(known.sensor_channels), len(known.actuator_channels), omega.size)
-    factor = jnp.ones(channels, complex)
+    channels = (len(known.sensor_channels), len(known.actuator_channels))
+    factor = jnp.ones((*channels, omega.size), complex)
     for effect in plain:
         of_effect = effect.channel_factor(omega, known.instruments)
         factor = factor if of_effect is None else factor * of_effect
-    merged = AppliedFactor(factor)
-    remaining = _without(known.instrument_effects, plain) | {merged.name: merged}
+    added = sum((effect.added(omega) for effect in additions), jnp.zeros((*channels, 1)))
+    return _in_place_of([*additions, *plain], known, AppliedRecord(factor, added))
+
+
+def _in_place_of(
+    effects: Sequence[Effect], known: Experiment, *merged: InstrumentEffect
+) -> Experiment:
+    """An experiment with others in the place of effects on its instruments."""
+    remaining = _without(known.instrument_effects, effects)
+    remaining |= {effect.name: effect for effect in merged}
     return eqx.tree_at(lambda tree: tree.instrument_effects, known, remaining, is_leaf=_is_dict)
 
 
@@ -202,8 +228,9 @@ def _with_structure_effects(known: Experiment, effects: OrderedDict[str, Any]) -
 
 
 def _omega(known: Experiment) -> Omega:
-    """Angular frequency of each line [rad/s]."""
-    return 2 * jnp.pi * jnp.asarray(known.frequency)
+    """Variable s / i at each line [rad/s]."""
+    effects = known.instrument_effects.values()
+    return recorded_frequency(effects, 2 * jnp.pi * jnp.asarray(known.frequency))
 
 
 def _without(effects: Any, dropped: Sequence[Effect]) -> OrderedDict[str, Any]:

@@ -13,7 +13,7 @@ from jaxtyping import Array, Complex, Float
 
 from .._compiled import Bound, compiled
 from .._sites import Unknown
-from ..experiment.applied import AppliedLaw
+from ..experiment.applied_effects import AppliedLaw
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
 from .batched_function import BATCH, BatchedFunction, distinct_rows, threaded_map

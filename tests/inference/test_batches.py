@@ -8,11 +8,12 @@ import bayes_placement as bp
 from bayes_placement import effects
 from bayes_placement._compiled import compiled
 from bayes_placement.effects.scales import Scales
-from bayes_placement.experiment.applied import AppliedFactor, AppliedLaw, AppliedModulus
+from bayes_placement.experiment.applied_effects import AppliedLaw, AppliedModulus, AppliedRecord
 from bayes_placement.inference.batches import batch
 from bayes_placement.inference.residuals import Problem
 from tests.criticism.small import experiment, measured
 
+ENDS = ("left", "right")
 ANYWHERE, STRENGTH = dist.Uniform(0.1, 0.9), dist.LogUniform(1e-3, 1.0)
 
 ATTACHED = [
@@ -26,6 +27,12 @@ OF_CHANNELS = [
     effects.time_delay(dist.Uniform(0.0, 1e-4)),
     effects.misplaced_sensor("s2", dist.Uniform(-0.1, 0.1)),
     effects.reversed_channel("a1", dist.Uniform(0.0, 1.0)),
+]
+ALIKE = [
+    [effects.actuator_mass(STRENGTH), effects.stinger(STRENGTH, 300.0, 0.1)],
+    [effects.frequency_scale(dist.Normal(0.0, 0.01)), effects.exponential_window(STRENGTH)],
+    [effects.dimension_error(STRENGTH, dimension=word) for word in ("length", "section")],
+    [effects.compliant_support(STRENGTH, end=end, motion="translation") for end in ENDS],
 ]
 
 
@@ -58,6 +65,12 @@ def test_all_that_is_attached_to_a_place_has_one_form(without):
 def test_all_that_acts_on_channels_has_the_form_of_no_effect(without):
     assert {form(effect) for effect in OF_CHANNELS} == {without}
     assert form(ATTACHED[0], OF_CHANNELS[0]) == form(ATTACHED[1])
+    assert form(effects.residual_modes(dist.Normal(0.0, 1e-8))) == without
+
+
+@pytest.mark.parametrize("alike", ALIKE, ids=lambda alike: alike[0].name)
+def test_effects_that_enter_in_one_way_have_one_form(without, alike):
+    assert len({form(effect) for effect in alike} | {without}) == 2
 
 
 def test_a_value_beyond_its_prior_has_the_form_of_no_effect(without):
@@ -94,6 +107,6 @@ def test_residuals_are_those_of_the_experiment_at_its_values():
 
 
 def test_applied_effects_are_no_candidates():
-    kinds = (AppliedFactor, AppliedModulus, AppliedLaw)
+    kinds = (AppliedRecord, AppliedModulus, AppliedLaw)
     scales = Scales(experiment())
     assert [kind.suggest(scales) for kind in kinds] == [[], [], []]
