@@ -1,8 +1,9 @@
-"""Between what numbers quantities and priors can be; a field states its own by `within=...`."""
+"""Between what numbers quantities and priors can be, a field's own by `within=...`; quantiles."""
 
 from typing import Any, NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 from numpyro.distributions import (
     Delta,
@@ -10,16 +11,21 @@ from numpyro.distributions import (
     ExpandedDistribution,
     Independent,
     LogUniform,
+    Normal,
     TransformedDistribution,
     Uniform,
     constraints,
 )
-from numpyro.distributions.transforms import AffineTransform
+from numpyro.distributions.transforms import AffineTransform, ExpTransform, ParameterFreeTransform
+from scipy.special import ndtr, ndtri
 
 from ._compiled import compiled
 
 IMPOSSIBLE = 1e-6
 """Probability that a prior may give to values that cannot be."""
+
+ALIKE = (Independent, ExpandedDistribution)
+"""Distributions that repeat another one."""
 
 
 class Range(NamedTuple):
@@ -109,8 +115,66 @@ def ends(prior: Distribution) -> tuple[float, float]:
 
 
 def _quantile(prior: Distribution, probability: float, unknown: float) -> float:
+    shares = np.array([[probability], [1 - probability]])
+    plain: Any = [plain_quantile(prior, normal) for normal in ndtri(shares)]
+    if plain[0] is not None:  # of a negative scale the upper end comes first
+        return float(np.min(plain) if probability < 0.5 else np.max(plain))
     try:
         value = compiled(type(prior).icdf).bound(prior, probability, effort=0)()
         return float(np.asarray(value).flat[0])
     except (NotImplementedError, ImportError):  # some inverses need TensorFlow
         return unknown
+
+
+class SinhTransform(ParameterFreeTransform):
+    """Hyperbolic sine of a real number."""
+
+    domain = constraints.real
+    codomain = constraints.real
+    sign = 1
+
+    def __call__(self, x: Any) -> Any:
+        """Sinh x."""
+        return jnp.sinh(x)
+
+    def _inverse(self, y: Any) -> Any:
+        return jnp.arcsinh(y)
+
+    def log_abs_det_jacobian(self, x: Any, y: Any, intermediates: Any = None) -> Any:
+        """Log cosh x."""
+        return 0.5 * jnp.log1p(y**2)
+
+
+PLAIN = {ExpTransform: np.exp, SinhTransform: np.sinh}
+"""Functions of NumPy that transforms are."""
+
+
+def is_plain(transform: Any) -> bool:
+    """Tell whether a transform is computed by NumPy."""
+    return isinstance(transform, AffineTransform) or type(transform) in PLAIN
+
+
+def plain_quantile(distribution: Distribution, normal: np.ndarray) -> np.ndarray | None:
+    """Values at standard normal coordinates; None for a distribution that is not common."""
+    if isinstance(distribution, ALIKE):
+        return plain_quantile(distribution.base_dist, normal)
+    if isinstance(distribution, Normal):
+        return np.asarray(distribution.loc) + np.asarray(distribution.scale) * normal
+    if isinstance(distribution, Uniform):
+        low, high = np.asarray(distribution.low), np.asarray(distribution.high)
+        return low + (high - low) * ndtr(normal)
+    if not isinstance(distribution, TransformedDistribution):
+        return None
+    value = plain_quantile(distribution.base_dist, normal)
+    if value is None or not all(map(is_plain, distribution.transforms)):
+        return None
+    for transform in distribution.transforms:
+        value = _applied(transform, value)
+    return value
+
+
+def _applied(transform: Any, value: np.ndarray) -> np.ndarray:
+    if isinstance(transform, AffineTransform):
+        return np.asarray(transform.loc) + np.asarray(transform.scale) * value
+    with np.errstate(over="ignore"):  # infinite far out, as by JAX
+        return PLAIN[type(transform)](value)

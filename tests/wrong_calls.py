@@ -14,6 +14,7 @@ import numpyro.distributions as dist
 
 import bayes_placement as bp
 from bayes_placement._types import InputError
+from bayes_placement.effects.signed import negative_log_uniform
 
 LINES = np.arange(100.0, 700.0, 50.0)
 MAP = bp.engines.MAP(starts=2, draws=5)
@@ -77,6 +78,10 @@ CALLS = {
     "prior zero width": (
         lambda: experiment(structure=structure(bp.damping.Modal(dist.Uniform(0.06, 0.06)))),
         "damping.ratio: Uniform(0.06, 0.06) was given; a prior with a finite",
+    ),
+    "prior of minus a prior swapped": (
+        lambda: structure() + bp.effects.point_mass(0.4, negative_log_uniform(0.2, 0.1)),
+        "mass: -1 exp(Uniform(-1.60944, -2.30259)) was given; a prior with a finite",
     ),
     "prior nan": (
         lambda: experiment(structure=structure(youngs_modulus=dist.Uniform(np.nan, 1e9))),

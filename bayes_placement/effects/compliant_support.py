@@ -78,7 +78,7 @@ class CompliantSupport(Hinged):
         variants = []
         for end, motion in supports(line):
             power = 2 * line.half_order - 1 if motion == "translation" else 1
-            structure = float(line.length**power / line.stiffness)
+            structure = float(line.length) ** power / float(line.stiffness)
             compliance = LogUniform(10.0 ** -(power + 4) * structure, 10 * structure)
             variants.append(cls(compliance, end=end, motion=motion))
         return variants

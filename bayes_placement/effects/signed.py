@@ -1,30 +1,11 @@
 """Sizes that can be negative, what was removed or comes too early: priors of them, and words."""
 
 import math
-from typing import Any
 
-import jax.numpy as jnp
-from numpyro.distributions import Distribution, TransformedDistribution, Uniform, constraints
-from numpyro.distributions.transforms import AffineTransform, ExpTransform, ParameterFreeTransform
+from numpyro.distributions import Distribution, TransformedDistribution, Uniform
+from numpyro.distributions.transforms import AffineTransform, ExpTransform
 
-
-class SinhTransform(ParameterFreeTransform):
-    """Hyperbolic sine of a real number."""
-
-    domain = constraints.real
-    codomain = constraints.real
-    sign = 1
-
-    def __call__(self, x: Any) -> Any:
-        """Sinh x."""
-        return jnp.sinh(x)
-
-    def _inverse(self, y: Any) -> Any:
-        return jnp.arcsinh(y)
-
-    def log_abs_det_jacobian(self, x: Any, y: Any, intermediates: Any = None) -> Any:
-        """Log cosh x."""
-        return 0.5 * jnp.log1p(y**2)
+from .._ranges import SinhTransform
 
 
 def negative_log_uniform(least: float, greatest: float) -> Distribution:

@@ -12,11 +12,13 @@ from numpyro.distributions import (
     LogNormal,
     LogUniform,
     Normal,
+    TransformedDistribution,
     Uniform,
 )
+from numpyro.distributions.transforms import AffineTransform
 
 from .._compiled import compiled
-from .._ranges import POSITIVE, Range, described, reach
+from .._ranges import ALIKE, POSITIVE, Range, described, is_plain, reach
 from .._sites import Leaf, Unknown, is_unknown, leaves_with_unit, substitute, unknowns
 from .._types import InputError, shown
 from ..positions.at import position_on
@@ -120,10 +122,22 @@ def _has_density(prior: Distribution) -> bool:
         return bool(np.all((low > least) & (low < high) & (high < np.inf)))
     if isinstance(prior, Normal | LogNormal):
         return bool(np.all(np.isfinite(prior.loc) & (prior.scale > 0) & (prior.scale < np.inf)))
+    if isinstance(prior, ALIKE):
+        return _has_density(prior.base_dist)
+    if type(prior) is TransformedDistribution and all(map(is_plain, prior.transforms)):
+        return _has_density(prior.base_dist) and all(map(_keeps_density, prior.transforms))
     try:
         return bool(compiled(_is_finite_at_draws)(prior))
     except NotImplementedError:  # an improper prior has no draws
         return False
+
+
+def _keeps_density(transform: Any) -> bool:
+    """Whether a transform is finite and leaves a width; one without numbers does."""
+    if not isinstance(transform, AffineTransform):
+        return True
+    location, scale = np.asarray(transform.loc), np.asarray(transform.scale)
+    return bool(np.all(np.isfinite(location) & np.isfinite(scale) & (scale != 0)))
 
 
 def _is_finite_at_draws(prior: Distribution) -> Bool[Array, ""]:

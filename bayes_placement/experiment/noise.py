@@ -212,7 +212,7 @@ class _OfMeasurement(Noise):
         """Return the known deviation times the factor; None where this is a distribution."""
         if is_unknown(self.factor) or data.deviation is None:
             return None
-        return data.deviation * jnp.asarray(self.factor)
+        return data.deviation * self.factor
 
 
 class FromCoherence(_OfMeasurement):

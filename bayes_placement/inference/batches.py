@@ -5,17 +5,20 @@ effects are applied as far as they are plain numbers: hypotheses that differ in 
 compiled response.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
+from numpyro.distributions import ImproperUniform, constraints
 
+from .._sites import substitute
 from ..experiment.applied import applied
 from ..experiment.experiment import Experiment
-from .coordinates import Coordinates
 
 
 @dataclass(frozen=True)
@@ -73,17 +76,29 @@ class Batch:
         return cls(numbers, form)
 
 
-def batch(experiment: Experiment, points: Float[Array, "point unknown"]) -> Batch:
-    """Return the experiments of a batch of points in the coordinates of the unknowns."""
+def without_priors(experiment: Experiment) -> Experiment:
+    """Return the experiment with unknowns of which only the shape is known.
+
+    Those that differ in their priors alone then share one batch.
+    """
+    unnamed = {
+        unknown.name: ImproperUniform(constraints.real, (), unknown.distribution.shape())
+        for unknown in experiment.unknowns
+    }
+    return substitute(experiment, unnamed)
+
+
+def batch(experiment: Experiment, values: Float[Array, "point number"]) -> Batch:
+    """Return the experiments of a batch of values of the unknowns, one after the other."""
     unknowns = experiment.unknowns
-    coordinates = Coordinates(
-        {unknown.name: unknown.distribution for unknown in unknowns}, standard_normal=False
-    )
+    shapes = [unknown.distribution.shape() for unknown in unknowns]
+    ends = np.cumsum([math.prod(shape) for shape in shapes])[:-1]
     # By identity: what is known of the declared experiment is computed once for all points.
     sources = {id(leaf): number for number, leaf in enumerate(jax.tree.leaves(experiment))}
 
-    def at(point: Float[Array, "unknown"]) -> Batch:
-        known = applied(experiment.fix(coordinates.values(point)))
+    def at(row: Float[Array, "number"]) -> Batch:
+        parts = zip(unknowns, jnp.split(row, ends), shapes, strict=True)
+        known = applied(experiment.fix({of.name: part.reshape(to) for of, part, to in parts}))
         leaves, structure = jax.tree.flatten(known)
         of_leaves = tuple(sources.get(id(leaf)) for leaf in leaves)
         pairs = zip(leaves, of_leaves, strict=True)
@@ -93,4 +108,4 @@ def batch(experiment: Experiment, points: Float[Array, "point unknown"]) -> Batc
         ]
         return Batch(numbers, Form(structure, of_leaves))
 
-    return jax.vmap(at)(points)
+    return jax.vmap(at)(values)

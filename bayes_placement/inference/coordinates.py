@@ -16,24 +16,18 @@ from jax.scipy.special import ndtr, ndtri
 from jaxtyping import Array, Float
 from numpyro.distributions import (
     Distribution,
-    ExpandedDistribution,
-    Independent,
     Normal,
     TransformedDistribution,
     Uniform,
     biject_to,
 )
-from numpyro.distributions.transforms import ExpTransform
-from scipy import special
 
 from .._compiled import compiled
+from .._ranges import ALIKE, plain_quantile
 from .._types import InfeasibleError
 from .symmetries import Values
 
 Vector = Float[Array, "unknown"]
-
-ALIKE = (Independent, ExpandedDistribution)
-"""Distributions that repeat another one."""
 
 
 class Coordinates:
@@ -127,11 +121,23 @@ class Coordinates:
         values = {}
         for name, prior in self.priors.items():
             coordinate = points[:, self.places[name]].reshape(-1, *self._shape(name))
-            value = _plain_quantile(prior, coordinate)
+            value = plain_quantile(prior, coordinate)
             values[name] = (
                 np.asarray(compiled(_quantiles)(prior, coordinate)) if value is None else value
             )
         return values
+
+    @property
+    def count(self) -> int:
+        """How many numbers the values are."""
+        return sum(int(np.prod(prior.shape())) for prior in self.priors.values())
+
+    def numbers(
+        self, points: Float[np.ndarray, "point unknown"]
+    ) -> Float[np.ndarray, "point number"]:
+        """Values of all unknowns, one after the other, at points."""
+        columns = [value.reshape(len(points), -1) for value in self.named(points).values()]
+        return np.concatenate([np.zeros((len(points), 0)), *columns], axis=1)
 
     def _shape(self, name: str) -> tuple[int, ...]:
         shape = self.priors[name].shape()
@@ -192,22 +198,6 @@ def _score(distribution: Distribution, value: Any) -> Array:
             value = transform.inv(value)
         return _score(distribution.base_dist, value)
     return ndtri(distribution.cdf(value))
-
-
-def _plain_quantile(distribution: Distribution, normal: np.ndarray) -> np.ndarray | None:
-    """Values of common distributions by NumPy, which compiles nothing; None for any other."""
-    if isinstance(distribution, ALIKE):
-        return _plain_quantile(distribution.base_dist, normal)
-    if isinstance(distribution, Normal):
-        return np.asarray(distribution.loc) + np.asarray(distribution.scale) * normal
-    if isinstance(distribution, Uniform):
-        low, high = np.asarray(distribution.low), np.asarray(distribution.high)
-        return low + (high - low) * special.ndtr(normal)
-    if isinstance(distribution, TransformedDistribution):
-        base = _plain_quantile(distribution.base_dist, normal)
-        if base is not None and list(map(type, distribution.transforms)) == [ExpTransform]:
-            return np.exp(base)
-    return None
 
 
 def _invertible(distribution: Distribution) -> bool:

@@ -17,7 +17,7 @@ from ..experiment.applied_effects import AppliedLaw
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
 from .batched_function import BATCH, BatchedFunction, distinct_rows, threaded_map
-from .batches import Form, batch
+from .batches import Form, batch, without_priors
 from .coordinates import Coordinates
 from .standardised_residual import standardised_residual
 
@@ -56,8 +56,9 @@ class ResidualsOfState:
         ]
         columns = [np.arange(place.start, place.stop) for place in places]
         self.columns = np.concatenate([np.zeros(0, dtype=int), *columns])
-        self._state, self._effort = state, effort
-        self._batch = compiled(batch).bound(state.experiment, effort=0)
+        self._state, self._effort, self._coordinates = state, effort, mine
+        self._declared = without_priors(state.experiment)
+        self._batch = compiled(batch).bound(self._declared, effort=0)
         self._batched = BatchedFunction(self._of_batch)
 
     @property
@@ -84,7 +85,11 @@ class ResidualsOfState:
             array[:] = values[which]
 
     def _of_batch(self, points: Any, logarithmic: Any) -> tuple[Array, Array]:
-        return self._residuals(self._batch(points).numbers, logarithmic)
+        return self._residuals(self._numbers(points), logarithmic)
+
+    def _numbers(self, points: Any) -> list[Any]:
+        """Numbers of the experiments at a batch of points."""
+        return self._batch(self._coordinates.numbers(points)).numbers
 
     def with_laws(
         self,
@@ -102,8 +107,8 @@ class ResidualsOfState:
 
         def of(begin: int) -> None:
             rows = np.minimum(np.arange(begin, begin + BATCH), len(points) - 1)
-            numbers = self._batch(mine[rows]).numbers
-            units = [numbers[leaf] for leaf in self._law_leaves]
+            numbers = self._numbers(mine[rows])
+            units = [np.asarray(numbers[leaf]) for leaf in self._law_leaves]
             for law in range(count):
                 for part, (leaf, unit) in enumerate(zip(self._law_leaves, units, strict=True)):
                     numbers[leaf] = laws[rows, law, part] * unit
@@ -115,10 +120,15 @@ class ResidualsOfState:
         threaded_map(of, begins[1:])
         return residual
 
+    @property
+    def _any_values(self) -> Float[np.ndarray, "point number"]:
+        """Values of the shapes of a batch."""
+        return np.zeros((BATCH, self._coordinates.count))
+
     @functools.cached_property
     def _law_leaves(self) -> tuple[int, int]:
         """Places of the last law's numerator and denominator among the numbers of a batch."""
-        form = self._batch.outcome(np.zeros((BATCH, len(self.columns)))).form
+        form = self._batch.outcome(self._any_values).form
         leaves: Any = jax.tree.unflatten(form.structure, range(len(form.sources)))
         effects = leaves.structure.effects.values()
         last: Any = [effect for effect in effects if isinstance(effect, AppliedLaw)][-1]
@@ -127,15 +137,14 @@ class ResidualsOfState:
 
     def prepare(self) -> None:
         """Compile them, unless that is done. Any thread may."""
-        points = np.zeros((BATCH, len(self.columns)))
-        self._batch.prepare(points)
-        self._residuals.prepare(self._batch.outcome(points).numbers, False)
+        self._batch.prepare(self._any_values)
+        self._residuals.prepare(self._batch.outcome(self._any_values).numbers, False)
 
     @functools.cached_property
     def _residuals(self) -> Bound[tuple[Array, Array]]:
         """Residuals of experiments of this form: one function for all hypotheses that share it."""
-        form = self._batch.outcome(np.zeros((BATCH, len(self.columns)))).form
-        shared, data = form.shared(self._state.experiment), self._state.data
+        form = self._batch.outcome(self._any_values).form
+        shared, data = form.shared(self._declared), self._state.data
         return compiled(_residuals).bound(
             form.apart_from_declared(), shared, data, effort=self._effort
         )

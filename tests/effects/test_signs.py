@@ -10,6 +10,7 @@ from scipy.stats import norm
 import bayes_placement as bp
 from bayes_placement import effects
 from bayes_placement._compiled import compiled
+from bayes_placement._ranges import reach
 from bayes_placement.effects.signed import log_uniform_of_either_sign, negative_log_uniform
 from bayes_placement.inference.coordinates import Coordinates
 from tests.criticism import small
@@ -130,6 +131,7 @@ def test_a_negative_prior_is_that_of_minus_the_number():
     drawn = np.asarray(prior.sample(jax.random.PRNGKey(1), (1000,)))
     assert drawn.min() > -0.3
     assert drawn.max() < -0.01
+    assert_allclose(reach(prior), (-0.3, -0.01), rtol=1e-4)
 
 
 def test_springs_may_be_softer_than_assumed_where_there_are_some():

@@ -9,7 +9,7 @@ from bayes_placement import effects
 from bayes_placement._compiled import compiled
 from bayes_placement.effects.scales import Scales
 from bayes_placement.experiment.applied_effects import AppliedLaw, AppliedModulus, AppliedRecord
-from bayes_placement.inference.batches import batch
+from bayes_placement.inference.batches import batch, without_priors
 from bayes_placement.inference.residuals import Problem
 from tests.criticism.small import experiment, measured
 
@@ -71,6 +71,12 @@ def test_all_that_acts_on_channels_has_the_form_of_no_effect(without):
 @pytest.mark.parametrize("alike", ALIKE, ids=lambda alike: alike[0].name)
 def test_effects_that_enter_in_one_way_have_one_form(without, alike):
     assert len({form(effect) for effect in alike} | {without}) == 2
+
+
+def test_what_differs_in_its_priors_alone_is_one_batch():
+    signs = (effects.point_mass(ANYWHERE, prior) for prior in (STRENGTH, dist.Normal(0.0, 0.1)))
+    bound = [compiled(batch).bound(without_priors(experiment() + effect)) for effect in signs]
+    assert len({one._parts.key for one in bound}) == 1
 
 
 def test_a_value_beyond_its_prior_has_the_form_of_no_effect(without):
