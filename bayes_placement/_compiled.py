@@ -209,7 +209,18 @@ class _Parts(NamedTuple):
 def _parts(form: _Form, leaves: list[Any], is_input: Callable[[Any], bool]) -> _Parts:
     fixed = tuple(_INPUT if is_input(leaf) else leaf for leaf in leaves)
     key = _Key(form, fixed, tuple(map(type, fixed)))
-    return _Parts(key, leaves, [leaf for leaf in leaves if is_input(leaf)])
+    return _Parts(key, leaves, [_of_stated_type(leaf) for leaf in leaves if is_input(leaf)])
+
+
+def _of_stated_type(leaf: Any) -> Any:
+    """A number whose type JAX does not adapt: it compiles once more for one that it would."""
+    if isinstance(leaf, jax.core.Tracer) or not getattr(leaf, "weak_type", _is_of_python(leaf)):
+        return leaf
+    return np.asarray(leaf)
+
+
+def _is_of_python(leaf: Any) -> bool:
+    return type(leaf) in (float, complex)
 
 
 @functools.lru_cache(maxsize=MOST_PROGRAMS)

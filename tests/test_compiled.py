@@ -33,6 +33,8 @@ def forgotten():
 def test_the_same_structure_with_other_numbers_is_not_compiled_again():
     assert compiled(scaled)(tree(0.25, high=3.0), 2.0) == 0.5 + 6.0
     assert compiled(scaled)(tree(-1.0, high=0.5), 3.0) == -3.0 + 1.0
+    # Python's, NumPy's or those that JAX makes of Python's.
+    assert compiled(scaled)(tree(np.float64(-1.0), high=jnp.asarray(0.5)), 3.0) == -3.0 + 1.0
     assert not TRACED
 
 

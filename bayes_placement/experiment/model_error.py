@@ -18,12 +18,11 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import LogUniform, Normal
 
-from .._compiled import compiled
 from .._sites import Role, Unknown, is_unknown, owners
 from .._types import InputError, Parameter, check_fields
 from ..effects.instruments import Instruments
 from ..effects.scales import Scales
-from ..modes.modes import Modes
+from ..modes.modes import Modes, frequencies_of
 from ..modes.uneven_pieces import piece_shares
 from ..positions.reprs import with_short_repr
 from ._errors_of_parts import (
@@ -139,7 +138,7 @@ class Modal:
         structure = scales.setup.nominal().structure
         modes = structure.proper_modes()
         rigid = modes.rigid_body_modes
-        natural = np.asarray(compiled(_natural_frequency)(modes))[rigid:]
+        natural = frequencies_of(modes)[rigid:]
         count, damped = (
             min(
                 natural.size,
@@ -308,10 +307,6 @@ def _of_runs(size: Size, instruments: Instruments, count: int) -> ErrorsOfRuns |
         return None
     standard = OrderedDict((name, _standard_normal(count)) for name in instruments.side("actuator"))
     return ErrorsOfRuns(size, standard)
-
-
-def _natural_frequency(modes: Any) -> Float[Array, "mode"]:
-    return modes.natural_frequency
 
 
 def _standard_normal(*shape: int) -> Any:

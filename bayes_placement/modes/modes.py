@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import Uniform
 
+from .._compiled import compiled
 from .._sites import check_numbers
 from ..positions.bounds import Bounds
 from ..positions.reprs import with_short_repr
@@ -121,3 +122,12 @@ def moved_mass(squares: Squares) -> float:
     move one part only.
     """
     return float(1 / np.median(np.mean(np.asarray(squares, float), axis=0)))
+
+
+def frequencies_of(modes: Modes) -> Float[np.ndarray, "mode"]:
+    """Natural frequencies [Hz]: one compiled function serves all modes of one form."""
+    return np.asarray(compiled(_natural_frequency)(modes))
+
+
+def _natural_frequency(modes: Modes) -> Float[Array, "mode"]:
+    return modes.natural_frequency

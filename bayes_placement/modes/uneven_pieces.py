@@ -11,7 +11,7 @@ from .._compiled import compiled
 from .beams.uniform_line import UniformLine
 from .changed import ChangedModes, DerivedModes, changed
 from .finite_elements.nodal_modes import NodalModes, nodal_of
-from .modes import Modes
+from .modes import Modes, frequencies_of
 from .underlying import beneath
 
 AtPoints = Float[Array, "point mode"]
@@ -115,10 +115,6 @@ def _of_regions(nodal: NodalModes) -> PieceShares:
 
 def _elastic(modes: Modes) -> Float[np.ndarray, "mode"]:
     """Natural angular frequencies [rad/s], infinite for rigid-body modes, which strain nothing."""
-    natural = np.array(compiled(_angular_frequency)(modes))
+    natural = 2 * np.pi * frequencies_of(modes)
     natural[: modes.rigid_body_modes] = np.inf
     return natural
-
-
-def _angular_frequency(modes: Modes) -> Float[Array, "mode"]:
-    return modes.angular_frequency()

@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
-from ..._compiled import compiled
+from ...modes.modes import frequencies_of
 from .._noise_level import FEWEST_LINES
 from ..line_choice import resonances
 from .prior_responses import prior_values
@@ -44,7 +44,7 @@ def check(record: Record) -> Iterator[Fault]:
 def natural_frequencies(experiment: "Experiment") -> list[NaturalFrequencies]:
     """Natural frequencies [Hz] of the nominal structure, and at draws from the priors."""
     values = [experiment.nominal_values(), *prior_values(experiment)]
-    return [np.asarray(compiled(_natural_frequency)(experiment.fix(draw))) for draw in values]
+    return [frequencies_of(experiment.fix(draw).structure.modes) for draw in values]
 
 
 def _outside(record: Record, first: Pair, modes: NaturalFrequencies) -> Fault:
@@ -59,7 +59,3 @@ def _outside(record: Record, first: Pair, modes: NaturalFrequencies) -> Fault:
         f"{elastic[-1]:.3g} Hz), as of a modulus in GPa or a length in mm; Pa, m, kg/m³ and Hz are "
         "needed: youngs_modulus=70e9.",
     )
-
-
-def _natural_frequency(experiment: "Experiment") -> Array:
-    return experiment.structure.modes.natural_frequency

@@ -1,12 +1,11 @@
 """Modes of a model that have one natural frequency, where modal parameters are observed."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Array, Float
 
-from ..._compiled import compiled
+from ...modes.modes import frequencies_of
 from .record import Fault
 
 if TYPE_CHECKING:
@@ -27,7 +26,7 @@ def check(experiment: "Experiment") -> Iterator[Fault]:
     A measured mode cannot be compared with one of two: the equations of its pole are singular.
     """
     modes = experiment.nominal().structure.proper_modes()
-    natural = np.asarray(compiled(_natural_frequency)(modes))[modes.rigid_body_modes :]
+    natural = frequencies_of(modes)[modes.rigid_body_modes :]
     below = natural[natural < MARGIN * float(np.max(experiment.frequency))]
     distance = np.diff(below) / below[1:]
     for lower in np.flatnonzero(distance < LEAST_DISTANCE):
@@ -41,8 +40,3 @@ def check(experiment: "Experiment") -> Iterator[Fault]:
             "compared with a measured mode. Observe FRFs, or break the symmetry of the model: a "
             "small mass by effects.point_mass.",
         )
-
-
-def _natural_frequency(modes: Any) -> Float[Array, "mode"]:
-    natural: Float[Array, "mode"] = modes.natural_frequency
-    return natural
