@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from functools import partial
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -51,14 +52,16 @@ def receptance(
     nonlinear = [_single(found, modes)] if (found := structure.amplitude_attachments) else []
     at_ports = [item.points(modes) for item in nonlinear] + [port.points for port in linear]
     response, reference = ShapesAtPoints.of(sensors, modes), ShapesAtPoints.of(actuators, modes)
-    matrix = elastic(structure, modes, response, reference, omega, mode_error)
+    of_modes = modal_receptance(structure, modes, omega, mode_error)
+    with_errors = mode_error is not None
+    between = partial(elastic, structure, modes, of_modes, omega, with_errors=with_errors)
+    matrix = between(response, reference)
     if not at_ports:
         return matrix
     inner = ShapesAtPoints.of(joined(at_ports), modes)
     # Apart, since sums of other sizes may round otherwise: what is between sensors and actuators
     # must not change by a single bit where nothing is attached to a port.
-    sides = response.joined(inner), reference.joined(inner)
-    with_ports = elastic(structure, modes, *sides, omega, mode_error)
+    with_ports = between(response.joined(inner), reference.joined(inner))
     matrix = with_ports.at[: matrix.shape[0], : matrix.shape[1]].set(matrix)
     for law in reversed(linear):
         matrix = closed(matrix, law)
@@ -167,17 +170,18 @@ def modal_receptance(
 def elastic(
     structure: Structure,
     modes: Modes,
+    factors: ModalReceptance,
+    omega: Omega,
     response: ShapesAtPoints,
     reference: ShapesAtPoints,
-    omega: Omega,
-    mode_error: ModeError | None = None,
+    *,
+    with_errors: bool,
 ) -> Matrix:
     """Receptance [m/N] of the structure proper, static where modes are left out."""
-    factors = modal_receptance(structure, modes, omega, mode_error)
     static = response.points.static_flexibility(modes, reference.points)
     if static is None:
         matrix = _modal_sum(response, reference, factors.modal)
-    elif mode_error is not None:
+    elif with_errors:
         # What the kept modes leave out is that of the exact ones.
         left_out = static - (response.exact * _flexibility(modes)) @ reference.exact.T
         dynamic = _modal_sum(response, reference, factors.modal)
