@@ -116,7 +116,8 @@ class Instruments(NamedTuple):
         """1 for the channels of a transducer, also by a traced number; 0 for all others."""
         names = [*self.side(side)]
         numbers = np.array([names.index(channel.name) for channel in self.channels(side)])
-        return jnp.asarray(numbers == self.number(transducer, side), float)
+        # A product, by NumPy where the number is known: a conversion would be compiled.
+        return jnp.asarray(1.0 * (numbers == self.number(transducer, side)))
 
     def recorded(self, transducer: Number, side: str = "sensor") -> Recorded:
         """Recorded place of a transducer [m]."""
