@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool
@@ -29,7 +30,11 @@ class Data(eqx.Module):
         """Return the data of some sensor and actuator channels."""
 
         def pick(values: Any) -> Any:
-            return None if values is None else values[sensors][:, actuators]
+            if values is None:
+                return None
+            # By NumPy where they are known: to pick by numbers would be compiled.
+            known = values if isinstance(values, jax.core.Tracer) else np.asarray(values)
+            return jnp.asarray(known[sensors][:, actuators])
 
         return Data(*(pick(getattr(self, name)) for name in _FIELDS))
 
