@@ -140,19 +140,11 @@ class Answer(NamedTuple):
         return [self.comparison.hypotheses[number] for number in decision.steps]
 
 
-def answered(
-    question: Question,
-    tick: Tick,
-    baseline: Measurements | None = None,
-    between: Hypothesis | None = None,
-) -> Answer:
+def answered(question: Question, tick: Tick) -> Answer:
     """Compare hypotheses without model error, and with it where none of them reaches the noise.
 
-    A declared model error is always fitted, and with an earlier state any. Effects that were found
-    in a state between the baseline and this one are tried from where they were.
+    A declared model error is always fitted.
     """
-    if baseline is not None:
-        return _answered_by_two_states(question.of_what_is_new(), baseline, between, tick)
     exact = question.fits.singles(tick)
     null = exact.hypotheses[0]
     if question.declared:
@@ -161,16 +153,16 @@ def answered(
         return Answer(null, exact)
     rivals = _rivals(question, exact)
     if not rivals:
-        return Answer(null, _deepened(question, exact, Breadth(), -np.inf, tick))
+        return Answer(null, deepened(question, exact, Breadth(), -np.inf, tick))
     # More effects of an exact model are tried first: that takes a fraction of the time of
     # all effects with a model error, and where they explain the data nothing else is needed.
     rival = max(map(exact.log_odds, rivals.values()))
-    exact = _deepened(question, exact, NARROW, rival, tick)
+    exact = deepened(question, exact, NARROW, rival, tick)
     if explains(exact.best(), question.level) and _odds(exact) > rival:
         return Answer(null, exact)
     erroneous = _deepened_with_errors(question, exact, tick, rivals)
     if not explains(erroneous.best(), question.level):
-        exact = _deepened(question, exact, Breadth(), _odds(erroneous), tick)
+        exact = deepened(question, exact, Breadth(), _odds(erroneous), tick)
     return Answer(null, exact if _odds(exact) > _odds(erroneous) else erroneous)
 
 
@@ -184,47 +176,6 @@ def ticks(progress: Progress, count: int, share: tuple[float, float]) -> Tick:
         progress(share[0] + (share[1] - share[0]) * done / max(1, count))
 
     return tick
-
-
-def _answered_by_two_states(
-    question: Question, baseline: Measurements, between: Hypothesis | None, tick: Tick
-) -> Answer:
-    """Compare what is new in the later of two states; the model error is that of both."""
-    experiment = question.experiment.with_errors(question.errors)
-    earlier = state_of(experiment, baseline)
-    before = fitted_baseline(earlier, question.errors)
-    # Nothing is claimed then: single effects tell what is nearest.
-    unexplained = is_unexplained(row_with_sizes(before), Policy(level=question.level))
-    if unexplained:
-        tried = replace(question.tried, networks=False)
-        question = question._replace(tried=tried, most_effects=1)
-    later = State(experiment, question.data)
-    unchanged, comparison = compared_with_baseline(
-        later, earlier, before, question.tried, question.level, question.most_effects, tick
-    )
-    if between is not None:
-        refitted = refitted_effects(comparison, between, question.most_effects)
-        priors = priors_of_networks(between, comparison)
-        comparison = comparison.with_hypotheses(refitted, priors)
-    if not (unexplained or explains(comparison.best(), question.level)):
-        of_later_state = _best_of_later_state(question, earlier, tick)
-        refitted = refitted_effects(comparison, of_later_state, question.most_effects)
-        priors = priors_of_networks(of_later_state, comparison)
-        comparison = comparison.with_hypotheses(refitted, priors)
-    return Answer(unchanged, comparison, before)
-
-
-def _best_of_later_state(question: Question, earlier: State, tick: Tick) -> Hypothesis:
-    """Best hypothesis of the later state alone, where the exact model explains the earlier one.
-
-    Effects that act together may each win alone elsewhere than where they are; all pairs of an
-    exact model are tried in the time of a few with a model error of two states.
-    """
-    exact = null_hypothesis(earlier.experiment.with_errors(None), earlier.data)
-    if not passes(exact, question.level):
-        return exact
-    singles = question.fits.singles(tick)
-    return _deepened(question, singles, Breadth(), -np.inf, tick).best()
 
 
 def _holds_by_itself(comparison: Comparison, policy: Policy) -> bool:
@@ -252,7 +203,7 @@ def _rivals(question: Question, exact: Comparison) -> dict[Hypothesis, Hypothesi
     return {} if exact.log_odds(rivals[best]) < exact.log_odds(best) else rivals
 
 
-def _deepened(
+def deepened(
     question: Question, comparison: Comparison, breadth: Breadth, rival: float, tick: Tick
 ) -> Comparison:
     """Try more effects, while they may reach the odds of a rival."""
