@@ -61,11 +61,10 @@ def _run_one(request: Request, inputs: Inputs) -> int:
 
 
 def _baseline_first(request: Request, ledger: Ledger, screen: Screen) -> None:
-    """Say the command that completes a model which does not explain the baseline that was given."""
+    """Say the command that looks at a baseline that nothing explains, where one was given."""
     if request.baseline is not None and is_unexplained(ledger.rows.baseline, ledger.policy):
-        completed = "completed" if request.path.is_dir() else "completed.py"
-        command = command_on("improve", request.path, request.baseline, "--save", completed)
-        screen.text(f"The baseline first: {command}")
+        command = command_on("improve", request.path, request.baseline, "--alone")
+        screen.text(f"What is nearest for the baseline alone: {command}")
 
 
 def _save(completed: CompletedModel, ledger: Ledger, inputs: Inputs) -> None:

@@ -11,22 +11,19 @@ import numpy as np
 from ..._processes import nothing
 from ..._types import InputError, Progress
 from ...effects.library import Library
-from ...experiment.experiment import Experiment, Measurements
+from ...experiment.experiment import Experiment
 from ...experiment.model_error import Modal, ModalErrors
 from ...experiment.noise import Data
 from ...inference.engines.empirical_bayes import Rival
-from ...inference.residuals_of_state import State
-from ._before_and_after import compared_with_baseline, fitted_baseline, refitted_effects, state_of
 from ._compiled_ahead import compiled_ahead
 from ._hypotheses import (
     Hypothesis,
     finite,
     fitted_with_errors,
-    null_hypothesis,
     problem_with_errors,
     rival_among,
 )
-from ._networks import laws_beside_best, priors_of_networks, with_networks, with_other_laws
+from ._networks import laws_beside_best, with_networks, with_other_laws
 from ._posterior_odds import (
     Comparison,
     explains,
@@ -41,7 +38,7 @@ from ._screen import worth_fitting
 from ._search import NARROW, VARIANTS_WITH_ERRORS, Breadth, one_more_effect
 from ._shared_fits import SharedFits, shared_fits
 from ._weighed import Weighed
-from .decide import Decision, is_unexplained, predicts_better, stands_out
+from .decide import Decision, predicts_better, stands_out
 from .table import Policy, TableOfFits
 
 
@@ -94,6 +91,12 @@ class Question(NamedTuple):
         content = experiment.with_errors(None), data, tried, errors
         return cls(*content, declared, fits=shared_fits(*content, declared), **settings)
 
+    def asked_of(self, experiment: Experiment, data: Data) -> "Question":
+        """Return the question asked of another experiment, and what was measured of that."""
+        content = experiment, data, self.tried, self.errors
+        fits = shared_fits(*content, self.declared)
+        return self._replace(experiment=experiment, data=data, fits=fits)
+
     def of_what_is_new(self) -> "Question":
         """Return the question which effects came between two states."""
         effects = tuple(effect for effect in self.tried.effects if effect.may_be_new)
@@ -103,9 +106,8 @@ class Question(NamedTuple):
                 "that can be new is needed, since these were there before: "
                 'effects.library(experiment, ["point_mass"]).'
             )
-        tried = replace(self.tried, effects=effects)
-        content = self.experiment, self.data, tried, self.errors
-        return self._replace(tried=tried, fits=shared_fits(*content, self.declared))
+        new = self._replace(tried=replace(self.tried, effects=effects))
+        return new.asked_of(self.experiment, self.data)
 
 
 class Answer(NamedTuple):
@@ -118,7 +120,8 @@ class Answer(NamedTuple):
     comparison
         Those of the world, exact or with model error, that the data ask for.
     baseline
-        The model fitted to the earlier state alone; None where there is only one state.
+        The model fitted to the earlier state alone, completed where it lacked something there; None
+        where there is only one state.
     """
 
     null: Hypothesis

@@ -180,9 +180,10 @@ def _next_best(comparison: Comparison, branch: Hypothesis) -> list[Effect]:
 
 
 def over_both(later: State, earlier: State, before: Hypothesis) -> Hypothesis:
-    """The fit of the earlier state as a point of the problem of both."""
+    """The fit of the earlier state as a point of the problem of both, in which nothing is new."""
     problem = Problem(later.experiment, later.data, sizes=before.problem.sizes, baseline=earlier)
-    return replace(before, problem=problem, fit=before.fit._replace(point=before.point_in(problem)))
+    point = before.point_in(problem)
+    return replace(before, effects=(), problem=problem, fit=before.fit._replace(point=point))
 
 
 def nothing_new(unchanged: Hypothesis, rival: Rival = NO_RIVAL) -> Hypothesis:

@@ -17,6 +17,7 @@ from .fitted_model import FittedModel
 
 if TYPE_CHECKING:
     from .ledger import Ledger
+    from .ranking import Ranking
 
 UNEXPLAINED = "no single cause that we know explains it"
 
@@ -24,9 +25,9 @@ LEFT = "The model still fails its check: something else is missing as well."
 """What is said where an effect does not explain all."""
 
 UNEXPLAINED_BASELINE = (
-    "Nothing is claimed to be new: this model does not explain the baseline itself, so that "
-    "nothing can be said of what came since. Look at supports and dimensions first: complete the "
-    "model by `improve` on the baseline alone, and ask again with the completed one."
+    "Nothing is claimed to be new: this model does not explain the baseline itself, and with no "
+    "effect that was tried it does, so that nothing can be said of what came since. Look at "
+    "supports and dimensions first."
 )
 
 
@@ -154,8 +155,7 @@ def none_in_words(ledger: Ledger) -> list[str]:
 
 def _of_two_states(ledger: Ledger) -> str:
     """Say what is new in the later of two states."""
-    assert ledger.baseline is not None
-    alone = alone_in_words(ledger.baseline)
+    alone = alone_in_words(ledger)
     if is_unexplained(ledger.rows.baseline, ledger.policy):
         return f"{UNEXPLAINED_BASELINE} {alone}"
     if not ledger.verdict:
@@ -246,15 +246,30 @@ def sizes_in_words(step: FittedModel, before: FittedModel | None = None) -> str:
     return f"The model needs to err: {', '.join(parts)}."
 
 
-def alone_in_words(baseline: FittedModel) -> str:
-    """Say how well the model explains the earlier state alone."""
-    needed = (
-        f"has a reduced chi-square of {three_digits(baseline.chi2_per_datum)}"
-        if baseline.noise_needed is None
-        else f"needs noise of {baseline.noise_needed}"
+def alone_in_words(answer: Ledger | Ranking) -> str:
+    """Say how well the model explains the earlier state alone, and by what it was completed."""
+    baseline, as_given = answer.baseline, answer.baseline_as_given
+    assert baseline is not None
+    if not baseline.effects or as_given is None:
+        return _explains_alone(f"The baseline alone {_misfit_alone(baseline)}", baseline)
+    effects = " and ".join(map(baseline.in_words, baseline.kinds))
+    return (
+        f"{_explains_alone(f'As given, the baseline alone {_misfit_alone(as_given)}', as_given)} "
+        "That does not explain it, so that the model was completed by what explains the baseline "
+        f"best: {effects}. "
+        f"{_explains_alone(f'With that it {_misfit_alone(baseline)}', baseline)}"
     )
+
+
+def _misfit_alone(baseline: FittedModel) -> str:
+    if baseline.noise_needed is None:
+        return f"has a reduced chi-square of {three_digits(baseline.chi2_per_datum)}"
+    return f"needs noise of {baseline.noise_needed}"
+
+
+def _explains_alone(misfit: str, baseline: FittedModel) -> str:
     errors = f" {sizes_in_words(baseline)}" if baseline.model_error else ""
-    return f"The baseline alone {needed}.{errors}"
+    return f"{misfit}.{errors}"
 
 
 def misfit_in_words(step: FittedModel) -> str:

@@ -14,7 +14,7 @@ from ...inference.chi2 import LEVEL
 from ...inference.record import record
 from ..kept_fits import fits_kept_in
 from ._alternatives import alternatives
-from ._answers import Question, answered, ticks
+from ._answers import Question, ticks
 from ._candidates import candidates_of, check_experiment
 from ._claims import claims
 from ._score_test import suspicion
@@ -96,7 +96,7 @@ def explain(
     count = 2 * len(tried.effects) + 2
     with fits_kept_in(store):
         answer = answered(question, ticks(progress, count, (0.0, 0.9)), baseline)
-    null, comparison, before = answer
+    null, comparison, _ = answer
     shown = comparison.distinct()
     sampled = sampled_finalists(comparison, shown)
     leading = {id(hypothesis) for hypothesis in [*shown[:LEADING], comparison.hypotheses[0]]}
@@ -115,7 +115,7 @@ def explain(
         suspicion=suspicion(null, comparison.candidates),
         alternatives=alternatives(comparison, shown, sampled),
         claimed=decision.kinds,
-        baseline=None if before is None else fitted_model(before, {}),
+        **({} if earlier is None else earlier.in_full),
         record=record(experiment, [measurement, baseline]),
         effects=claims(comparison, best, fitted_model(best, sampled, in_full=False), stands, none),
         reach=comparison.reach,

@@ -30,7 +30,7 @@ from ...inference.record import record
 from ...positions.names import printable_name
 from ..kept_fits import fits_kept_in
 from ._alternatives import alternatives
-from ._answers import Question, answered, ticks
+from ._answers import Question, ticks
 from ._candidates import candidates_of, check_experiment
 from ._cautions import cautions
 from ._changes import FoundEffect, found_effects
@@ -38,6 +38,7 @@ from ._claims import claims
 from ._hypotheses import Hypothesis
 from ._posterior_odds import Comparison
 from ._score_test import suspicion
+from ._since_baseline import answered_by_states
 from ._standing import standing
 from ._weighed import NONE
 from .decide import decide
@@ -184,8 +185,9 @@ class _Search(NamedTuple):
         asked = self.experiment, self.experiment.data(measurement), self.tried, self.model_error
         question = Question.of(*asked, level=self.level, most_effects=self.most_effects)
         tick = ticks(progress, 2 * len(self.tried.effects) + 20, (0.02, 0.9))
-        answer, policy = answered(question, tick, baseline, between), Policy(level=self.level)
-        null, comparison, before = answer
+        answer, earlier = answered_by_states(question, tick, baseline, between)
+        null, comparison, _ = answer
+        policy = Policy(level=self.level)
         progress(0.9)
         best = answer.claimed(decide(answer.table(policy), policy))[-1]
         sampled = sampled_finalists(comparison, [best])
@@ -207,7 +209,7 @@ class _Search(NamedTuple):
             suspicion=suspicion(null, comparison.candidates),
             alternatives=alternatives(comparison, comparison.distinct(), sampled),
             cautions=(*cautions(best, sampled.get(id(best))), *not_sampled(best, sampled)),
-            baseline=None if before is None else fitted_model(before, {}),
+            **({} if earlier is None else earlier.in_full),
             record=record(self.experiment, [measurement, baseline]),
             effects=claims(comparison, best, steps[-1], stands, decision.probabilities[NONE]),
             reach=comparison.reach,

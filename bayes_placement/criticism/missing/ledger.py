@@ -57,7 +57,10 @@ class Ledger:
     cautions
         What to doubt in the last step: priors piled up at an edge, a fit reached from one start.
     baseline
-        The model as given, fitted to the earlier state alone; None where there is only one state.
+        The model fitted to the earlier state alone, with the effects by which it is completed where
+        as given it does not explain that state; None where there is only one state.
+    baseline_as_given
+        The model as given, fitted to the earlier state alone.
     record
         Where it comes from: versions, date, seed, hashes of experiment and measurement, units.
     effects
@@ -93,6 +96,7 @@ class Ledger:
     alternatives: tuple[Alternative, ...] = field(repr=False)
     cautions: tuple[str, ...] = ()
     baseline: FittedModel | None = None
+    baseline_as_given: FittedModel | None = None
     record: Mapping[str, Any] = field(default_factory=dict, repr=False)
     effects: tuple[Mapping[str, Any], ...] = field(default=(), repr=False)
     reach: Reach | None = field(default=None, repr=False)
@@ -122,6 +126,7 @@ class Ledger:
             "effects": [dict(effect) for effect in self.effects],
             "reach": None if self.reach is None else self.reach.to_json(),
             "steps": [step.to_json() for step in self.steps],
+            "baseline": None if self.baseline is None else self.baseline.to_json(),
             "verdict": list(self.verdict),
             "probabilities": {
                 kind: number_or_none(share) for kind, share in self.probabilities.items()

@@ -57,8 +57,10 @@ class Ranking:
         The effect for which the evidence is strong, if any; none where the model as given passes
         its check.
     baseline
-        The model as given, fitted to the earlier state alone; None where there is only one state.
-        Effects are then what is new since.
+        The model fitted to the earlier state alone, see `Ledger`; None where there is only one
+        state. Effects are then what is new since.
+    baseline_as_given
+        The model as given, fitted to the earlier state alone.
     record
         Where it comes from: versions, date, seed, hashes of experiment and measurement, units.
     effects
@@ -85,6 +87,7 @@ class Ranking:
     alternatives: tuple[Alternative, ...] = field(repr=False)
     claimed: tuple[str, ...] = ()
     baseline: FittedModel | None = None
+    baseline_as_given: FittedModel | None = None
     record: Mapping[str, Any] = field(default_factory=dict, repr=False)
     effects: tuple[Mapping[str, Any], ...] = field(default=(), repr=False)
     reach: Reach | None = field(default=None, repr=False)
@@ -113,6 +116,7 @@ class Ranking:
             "effects": [dict(effect) for effect in self.effects],
             "reach": None if self.reach is None else self.reach.to_json(),
             "explanations": [step.to_json() for step in self.steps],
+            "baseline": None if self.baseline is None else self.baseline.to_json(),
             "claimed": list(self.claimed),
             "probabilities": {
                 kind: number_or_none(share) for kind, share in self.probabilities.items()
@@ -157,7 +161,7 @@ class Ranking:
             self._verdict(best) if self.baseline is None else self._verdict_on_new(best),
             "" if noise is None else f"The noise is not known; the best needs noise of {noise}.",
             sizes_in_words(best) if best.model_error else "",
-            "" if self.baseline is None else alone_in_words(self.baseline),
+            "" if self.baseline is None else alone_in_words(self),
             *(confounded_sentence(*pair) for pair in self.confounded),
         ]
         return [sentence for sentence in sentences if sentence]

@@ -139,8 +139,7 @@ class LedgerOfStates:
     def words(self) -> list[str]:
         """What is new in each state, and what to doubt in it."""
         first = next(iter(self.ledgers.values()))
-        assert first.baseline is not None
-        sentences = [f'"{self.baseline}" is the baseline. {alone_in_words(first.baseline)}']
+        sentences = [f'"{self.baseline}" is the baseline. {alone_in_words(first)}']
         before = self.baseline
         for label, ledger in self.ledgers.items():
             sentences.append(f'"{label}": {self._news(label, before)}')

@@ -1,0 +1,150 @@
+"""What came since an earlier state, asked of a model that explains that state.
+
+A model that does not is completed first, by the effects that explain the earlier state best: what
+both states share cancels, whatever its name.
+"""
+
+import functools
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ...experiment.experiment import Experiment, Measurements
+from ...inference.residuals_of_state import State
+from ._answers import Answer, Question, answered, deepened
+from ._before_and_after import compared_with_baseline, fitted_baseline, refitted_effects, state_of
+from ._hypotheses import Hypothesis, null_hypothesis, with_errors
+from ._networks import priors_of_networks
+from ._posterior_odds import explains, passes
+from ._rows import row_with_sizes
+from ._scanned_candidates import Tick
+from ._search import NARROW, Breadth
+from .decide import is_unexplained
+from .fitted_model import FittedModel, fitted_model
+from .table import Policy
+
+
+class Earlier(NamedTuple):
+    """An earlier state, and the model that explains it if any does.
+
+    Parameters
+    ----------
+    question
+        What is new since, asked of that model.
+    state
+        The earlier state.
+    before
+        The model fitted to it alone; its effects are those that the model as given lacked.
+    as_given
+        The model as given, fitted to it.
+    """
+
+    question: Question
+    state: State
+    before: Hypothesis
+    as_given: Hypothesis
+
+    @property
+    def in_full(self) -> dict[str, FittedModel]:
+        """Both fits of the earlier state, laid out for the record."""
+        return {
+            "baseline": fitted_model(self.before, {}),
+            "baseline_as_given": fitted_model(self.as_given, {}),
+        }
+
+    @property
+    def is_explained(self) -> bool:
+        """Whether the model explains the state, so that something can be said of what came since."""
+        return _is_explained(self.before, self.question)
+
+
+def earlier_state(question: Question, baseline: Measurements, tick: Tick) -> Earlier:
+    """Return an earlier state, and the question on the model completed by what it lacks there."""
+    state = state_of(question.experiment.with_errors(question.errors), baseline)
+    as_given = fitted_baseline(state, question.errors)
+    if not _is_explained(as_given, question):
+        for completed in _completed(question, state, tick):
+            experiment = functools.reduce(
+                Experiment.__add__, completed.effects, question.experiment
+            )
+            question = question._replace(experiment=experiment)
+            state = state_of(experiment.with_errors(question.errors), baseline)
+            return Earlier(question.of_what_is_new(), state, completed, as_given)
+    return Earlier(question.of_what_is_new(), state, as_given, as_given)
+
+
+def _completed(question: Question, state: State, tick: Tick) -> Iterator[Hypothesis]:
+    """Models with effects that explain an earlier state, the most probable first."""
+    exact = state.experiment.with_errors(None)
+    answer = answered(question.asked_of(exact, state.data), tick)
+    for hypothesis in answer.comparison.distinct()[: NARROW.branches]:
+        if hypothesis.effects:
+            completed = hypothesis
+            if question.errors is not None and not hypothesis.has_errors:
+                completed = with_errors(hypothesis, question.errors)
+            if _is_explained(completed, question):
+                yield completed
+
+
+def _is_explained(fitted: Hypothesis, question: Question) -> bool:
+    return not is_unexplained(row_with_sizes(fitted), Policy(level=question.level))
+
+
+def answered_by_states(
+    question: Question,
+    tick: Tick,
+    baseline: Measurements | None,
+    between: Hypothesis | None = None,
+) -> tuple[Answer, Earlier | None]:
+    """Answer a question by one state; with a baseline by both, and tell what explains that one."""
+    if baseline is None:
+        return answered(question, tick), None
+    earlier = earlier_state(question, baseline, tick)
+    return answered_since(earlier, tick, between), earlier
+
+
+def answered_since(earlier: Earlier, tick: Tick, between: Hypothesis | None = None) -> Answer:
+    """Compare what is new in the later of two states; the model error is that of both.
+
+    Effects that were found in a state in between are tried from where they were.
+    """
+    question = earlier.question
+    if not earlier.is_explained:
+        # Nothing is claimed then: single effects tell what is nearest.
+        tried = replace(question.tried, networks=False)
+        question = question._replace(tried=tried, most_effects=1)
+    later = State(question.experiment.with_errors(question.errors), question.data)
+    unchanged, comparison = compared_with_baseline(
+        later,
+        earlier.state,
+        earlier.before,
+        question.tried,
+        question.level,
+        question.most_effects,
+        tick,
+    )
+    if between is not None:
+        refitted = refitted_effects(comparison, between, question.most_effects)
+        priors = priors_of_networks(between, comparison)
+        comparison = comparison.with_hypotheses(refitted, priors)
+    if earlier.is_explained and not explains(comparison.best(), question.level):
+        of_later_state = _best_of_later_state(question, earlier.state, tick)
+        refitted = refitted_effects(comparison, of_later_state, question.most_effects)
+        priors = priors_of_networks(of_later_state, comparison)
+        comparison = comparison.with_hypotheses(refitted, priors)
+    return Answer(unchanged, comparison, earlier.before)
+
+
+def _best_of_later_state(question: Question, earlier: State, tick: Tick) -> Hypothesis:
+    """Best hypothesis of the later state alone, where the exact model explains the earlier one.
+
+    Effects that act together may each win alone elsewhere than where they are; all pairs of an
+    exact model are tried in the time of a few with a model error of two states.
+    """
+    exact = null_hypothesis(earlier.experiment.with_errors(None), earlier.data)
+    if not passes(exact, question.level):
+        return exact
+    singles = question.fits.singles(tick)
+    return deepened(question, singles, Breadth(), -np.inf, tick).best()
