@@ -56,7 +56,7 @@ class Earlier(NamedTuple):
 
     @property
     def is_explained(self) -> bool:
-        """Whether the model explains the state, so that something can be said of what came since."""
+        """Whether the model explains it: else nothing can be said of what came since."""
         return _is_explained(self.before, self.question)
 
 

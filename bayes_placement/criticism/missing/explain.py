@@ -18,6 +18,7 @@ from ._answers import Question, ticks
 from ._candidates import candidates_of, check_experiment
 from ._claims import claims
 from ._score_test import suspicion
+from ._since_baseline import answered_by_states
 from ._standing import standing
 from ._weighed import NONE
 from .decide import decide
@@ -95,7 +96,8 @@ def explain(
     question = Question.of(experiment, data, tried, model_error, level=LEVEL)
     count = 2 * len(tried.effects) + 2
     with fits_kept_in(store):
-        answer = answered(question, ticks(progress, count, (0.0, 0.9)), baseline)
+        tick = ticks(progress, count, (0.0, 0.9))
+        answer, earlier = answered_by_states(question, tick, baseline)
     null, comparison, _ = answer
     shown = comparison.distinct()
     sampled = sampled_finalists(comparison, shown)
