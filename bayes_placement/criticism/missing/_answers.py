@@ -216,15 +216,22 @@ def deepened(
             break
         if greatest_odds_expected(comparison, depth, further_effects) < rival:
             break
-        laws = laws_beside_best(comparison, depth, tick) if question.tried.networks else None
-        meanwhile = nothing if laws is None else laws.look
-        comparison = one_more_effect(comparison, depth, tick, breadth, meanwhile)
-        # Two of the library may pass the check though one of them is in no list: a spring beside
-        # the root of a cantilever stands for one against rotation.
-        if laws is not None:
-            comparison = with_networks(comparison, laws)
-        comparison = with_other_laws(comparison, tick, laws)
+        comparison = deeper(question, comparison, depth, breadth, tick)
     return comparison
+
+
+def deeper(
+    question: Question, comparison: Comparison, depth: int, breadth: Breadth, tick: Tick
+) -> Comparison:
+    """Try one more effect, also one that is in no list, beside each of the best so many."""
+    laws = laws_beside_best(comparison, depth, tick) if question.tried.networks else None
+    meanwhile = nothing if laws is None else laws.look
+    comparison = one_more_effect(comparison, depth, tick, breadth, meanwhile)
+    # Two of the library may pass the check though one of them is in no list: a spring beside
+    # the root of a cantilever stands for one against rotation.
+    if laws is not None:
+        comparison = with_networks(comparison, laws)
+    return with_other_laws(comparison, tick, laws)
 
 
 def _deepened_with_errors(
