@@ -1,6 +1,15 @@
 """Small files that ask for much are refused before they get it, and what is allowed is stated."""
 
+import contextlib
+import importlib
+import itertools
+import pkgutil
+import re
+import signal
+import time
 import zipfile
+from importlib.util import find_spec
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -10,7 +19,9 @@ import scipy.io
 import bayes_placement as bp
 from bayes_placement._types import InputError, UsageError
 from bayes_placement.io import _limits, arrays
+from bayes_placement.io._gate import reading
 from bayes_placement.io.arrays import workbook
+from bayes_placement.io.arrays.text import LONGEST_NAME
 from bayes_placement.io.case._json_fields import integer, load, positive
 from bayes_placement.io.mapped import _toml_fields
 
@@ -158,3 +169,65 @@ def test_text_of_wide_letters_is_named_as_what_it_is(tmp_path, name, encoding):
 def test_a_path_with_a_nul_is_refused():
     with pytest.raises(InputError, match=r"path='a.x00b' was given; the path of a file or folder"):
         bp.io.case.read("a\0b")
+
+
+def patterns():
+    """Patterns of all readers by name, and how each is used; without those of other processes."""
+    for module in pkgutil.walk_packages(bp.io.__path__, "bayes_placement.io."):
+        if not module.name.endswith(("_process", "_child")):
+            source = Path(find_spec(module.name).origin).read_text()
+            for name, use in re.findall(r"\b([A-Z_]+)\.(\w+)", source):
+                pattern = getattr(importlib.import_module(module.name), name, None)
+                if isinstance(pattern, re.Pattern):
+                    yield f"{module.name}.{name}", pattern, use
+
+
+PIECES = (*' 1a(.*\n/=_#:"\\,+<', "a ", "1 ", "a/", "/ ", "[(", "1e", "*\n", "dB re", "<?xml ")
+BLOCKS = ("***Start_Special***\n", "***End_of_Header***", '<?xml encoding="', " 1,")
+BOUNDED = {"_UNIT": LONGEST_NAME, "_AMOUNT": 100}
+"""Letters of the longest text that some patterns are asked about."""
+
+
+def test_no_pattern_takes_longer_than_in_proportion_to_its_text():
+    """Twenty digits and a letter between two universal datasets took 40 s."""
+    for name, pattern, use in patterns():
+        longest = BOUNDED.get(name.rpartition(".")[2], 4000)
+        for piece, count in itertools.product(PIECES + BLOCKS, (8, 12, 16, 20, longest)):
+            for begin in ("", "a"):
+                given = (begin + piece * count)[:longest] + "!"
+                given = given.encode() if isinstance(pattern.pattern, bytes) else given
+                start = time.process_time()
+                getattr(pattern, use)(*((given[:0], given) if use == "sub" else (given,)))
+                assert time.process_time() - start < 0.1, (name, use, piece, count)
+
+
+def for_ever(path):
+    """Read as a library does that goes on whatever happens."""
+    with reading(path, "a table", "Export it again."):
+        while True:
+            with contextlib.suppress(Exception):
+                float("x")
+
+
+def test_what_computes_for_ever_is_given_up(tmp_path, monkeypatch):
+    (tmp_path / "a.csv").write_bytes(bytes(50_000))
+    monkeypatch.setattr(_limits, "SECONDS", 0.1)
+    monkeypatch.setenv(_limits.VARIABLE, "2")
+    start = time.process_time()
+    with pytest.raises(
+        InputError, match=r"a.csv cannot be read .*\(it did not end within 0\.4 s of"
+    ):
+        for_ever(tmp_path / "a.csv")
+    assert 0.4 <= time.process_time() - start < 2
+    assert signal.getsignal(signal.SIGVTALRM) == signal.SIG_DFL
+    assert signal.getitimer(signal.ITIMER_VIRTUAL) == (0, 0)
+
+
+def test_a_file_that_another_names_has_a_time_of_its_own(tmp_path, monkeypatch):
+    (tmp_path / "small").touch()
+    (tmp_path / "large").write_bytes(bytes(250_000))
+    monkeypatch.setattr(_limits, "SECONDS", 0.1)
+    with pytest.raises(InputError, match=r"small .* 0\.1 s"), reading(tmp_path / "small", "", ""):
+        with pytest.raises(InputError, match=r"large .* 0\.6 s"):
+            for_ever(tmp_path / "large")
+        for_ever(tmp_path / "small")

@@ -10,7 +10,7 @@ from .._limits import check_limit
 _PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _ENCRYPTED, _PATCHED, _STRONG = 0x1, 0x20, 0x40
 _GREATEST_RATIO = 1100  # deflate packs 1032 bytes into one at most
-_ENCODING = re.compile(rb"<\?xml[^>]*encoding\s*=\s*[\"']([^\"']*)")
+_ENCODING = re.compile(rb"<\?xml[^<>]*encoding\s*=\s*[\"']([^\"']*)")
 _ENCODINGS = (b"utf-8", b"utf-16", b"us-ascii")
 _ENTITIES = re.compile(rb"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
 

@@ -30,7 +30,7 @@ _ARGUMENT = re.compile(
 )  # of a function, which is no unit
 _SEPARATORS = ("\t", ";", ",")
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|nan|[+-]?inf", re.I | re.ASCII)
+_NUMBER = re.compile(r"[+-]?(\d++\.?\d*+|\.\d++)([eEdD][+-]?\d++)?|nan|[+-]?inf", re.I | re.ASCII)
 
 
 class Rows(NamedTuple):

@@ -32,7 +32,7 @@ _LENGTHS = {
 _WORDS = ("name", "role", "node", "direction", "sensitivity", "unit", "note")
 _ROLES = {"sensor": "sensor", "response": "sensor", "actuator": "actuator", "reference": "actuator"}
 _ROLES |= {"force": "actuator", "excitation": "actuator"}
-_HEADING = re.compile(r"(?P<name>[a-z ]+?)\s*(?:[\[(](?P<unit>[^\])]+)[\])])?", re.IGNORECASE)
+_HEADING = re.compile(r"(?P<name>[a-z ]*[a-z])\s*(?:[\[(](?P<unit>[^\])]+)[\])])?", re.IGNORECASE)
 _DIRECTION = re.compile(r"(?P<sign>[+-]?)(?P<axis>[xyz123])", re.IGNORECASE)
 
 

@@ -22,7 +22,7 @@ from .mapping import PARTS, PARTS_NEEDED, Mapping, of_table
 _ARRAY_NAMES = ("frf", "frequency", "sensors", "actuators", "quantity")
 _WORD = "|".join(map(re.escape, WORDS))
 _COLUMN = re.compile(
-    rf"(?P<sensor>[^/]+?)\s*/\s*(?P<actuator>[^/]+?)(?P<words>(\s+({_WORD}))*)", re.IGNORECASE
+    rf"(?P<sensor>[^/]+?)(?<!\s)\s*/\s*+(?P<actuator>[^/]+?)(?P<words>((?<!\s)\s+({_WORD}))*)", re.I
 )
 
 

@@ -19,7 +19,9 @@ from .recording import same_rate
 from .sampled import Sampled
 
 _END = re.compile(r"^\*\*\*End_of_Header\*\*\*.*$", re.MULTILINE)
-_SPECIAL = re.compile(r"^\*\*\*Start_Special\*\*\*.*?^\*\*\*End_Special\*\*\*.*?$", re.M | re.S)
+_SPECIAL = re.compile(
+    r"^\*\*\*Start_Special\*\*\*(.*\n(?!\*\*\*Start_Special))*?\*\*\*End_Special\*\*\*.*$", re.M
+)
 _SEPARATORS = {"Tab": "\t", "Comma": ",", "Semicolon": ";", "Space": " "}
 _X, _COMMENT = "X_Value", "Comment"
 """Headings of columns that hold no channel."""

@@ -22,7 +22,7 @@ LEAST, MOST = 1e-60, 1e60
 
 _DELIMITER = re.compile(rb"^ {4}-1 *\r?$", re.MULTILINE)
 _DELIMITER_AFTER_BINARY = re.compile(rb" {4}-1 *\r?$", re.MULTILINE)
-_ONLY_NUMBERS = re.compile(r"\s*([+-]?[\d.]+([eEdD]?[+-]?\d+)?\s*)+")
+_ONLY_NUMBERS = re.compile(r"\s*([+-]?[\d.]++([eEdD][+-]?\d++)?+\s*+)++")
 _NOTHING = b"\x1a \0\r\n\t"  # an end of file of old systems, and blanks
 
 Wanted = Callable[[dict[str, Any]], bool]

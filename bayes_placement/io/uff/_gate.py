@@ -8,7 +8,7 @@ from typing import NamedTuple
 INTEGER = re.compile(r"\s*[+-]?\d+\s*|\s*", re.ASCII)
 """A whole number in its columns, or blanks, which stand for zero."""
 
-NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+|[+-]\d{3})?\s*", re.ASCII)
+NUMBER = re.compile(r"\s*[+-]?(\d++\.?\d*+|\.\d++)([eEdD][+-]?\d++|[+-]\d{3})?\s*", re.ASCII)
 """A real number in its columns; Fortran has no letter before an exponent of three digits."""
 
 _INTEGER_WORD = re.compile(r"[+-]?\d+", re.ASCII)
