@@ -13,11 +13,15 @@ import numpy as np
 from .._types import InputError, MissingExtraError, check_kind
 from ._child import in_words
 from ._contents import WIDE, is_wide
-from ._limits import check_limit
+from ._limits import TimeIsUpError, check_limit, time_limit
 
 
 class FileWarning(UserWarning):
     """What a file does not say, or what of it was left out."""
+
+
+class UnreadableError(Exception):
+    """Why a file cannot be read, of which `reading` makes a sentence."""
 
 
 LARGEST = 1e30
@@ -63,7 +67,8 @@ def reading(path: Path, contents: str, remedy: str) -> Iterator[None]:
         its warnings that a caller makes errors.
     """
     try:
-        yield
+        with time_limit(path):
+            yield
         _note(path)
     except (MissingExtraError, FileWarning):
         raise
@@ -75,7 +80,7 @@ def reading(path: Path, contents: str, remedy: str) -> Iterator[None]:
         if error.filename is not None or isinstance(error, FileNotFoundError):
             raise
         raise _unreadable(path, contents, remedy, error) from error
-    except Exception as error:  # libraries raise any exception for a damaged file
+    except (Exception, TimeIsUpError) as error:  # libraries raise any for a damaged file
         raise _unreadable(path, contents, remedy, error) from error
 
 
@@ -147,7 +152,7 @@ def _within(array: np.ndarray) -> bool:
         return all(float(part.max()) <= LARGEST and float(part.min()) >= -LARGEST for part in parts)
 
 
-def _unreadable(path: Path, contents: str, remedy: str, error: Exception) -> InputError:
+def _unreadable(path: Path, contents: str, remedy: str, error: BaseException) -> InputError:
     reason = " ".join(in_words(error).split())[:300]
     return InputError(
         f"{path} cannot be read as {contents} ({reason}); a complete file is needed. {remedy}"

@@ -1,5 +1,6 @@
 """Readers that can end, hang or fill the interpreter: each runs in a separate process."""
 
+import importlib.util
 import json
 import math
 import os
@@ -8,24 +9,31 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._types import InputError, MissingExtraError
+from .._types import MissingExtraError
+from ._gate import UnreadableError
+from ._limits import seconds
 from ._npz_archive import NpzArchive
 
-SECONDS, CPU_SECONDS, SECONDS_PER_MEGABYTE = 20.0, 8.0, 2.0
-"""Time that reading a file may take, on the clock and of the processor, which other work on the
-machine does not prolong, and either for each megabyte besides."""
+SECONDS_OF_WAITING = 12.0
 
 _MISSING = re.compile(r"No module named '(\w+)")
 _CHILD = Path(__file__).with_name("_child.py")
 
 # HDF5 loads filters from folders that the environment names; a file could ask for one of them.
 _NO_PLUGINS = {"HDF5_PLUGIN_PRELOAD": "::"}
+
+
+class Library(NamedTuple):
+    """What a script imports, the extra that brings it, and the time that this may take [s]."""
+
+    name: str
+    extra: str
+    seconds: float = 0.0
 
 
 class ReaderResult(NamedTuple):
@@ -36,15 +44,7 @@ class ReaderResult(NamedTuple):
     complaints: str
 
 
-def run(
-    script: Path,
-    path: Path,
-    contents: str,
-    refused: Callable[[str], InputError],
-    *,
-    further_seconds: float = 0.0,
-    **settings: int,
-) -> ReaderResult:
+def run(script: Path, path: Path, library: Library | None = None, **settings: Any) -> ReaderResult:
     """Read a file by `read(path)` of a script, whose time and memory are limited.
 
     Parameters
@@ -54,46 +54,60 @@ def run(
         this package is imported there.
     path
         The file.
-    contents
-        What it holds, for messages.
-    refused
-        Makes the error of a reason.
-    further_seconds
-        Time that a library takes to be imported, where that is long.
+    library
+        What the script needs and this package does not.
     **settings
         Further arguments of `read`.
+
+    Raises
+    ------
+    MissingExtraError
+        If the library is not installed, or what it needs for a format.
+    UnreadableError
+        If the process ends otherwise than with a result; `reading` makes a sentence of it.
     """
+    if library is not None and not is_installed(library.name):
+        raise _missing(path, library.name, f'"bayes_placement[{library.extra}]"')
     path.open("rb").close()  # raises PermissionError, which says more than a failed process
-    further = further_seconds + SECONDS_PER_MEGABYTE * path.stat().st_size / 1e6
-    allowed, cpu_allowed = SECONDS + further, math.ceil(CPU_SECONDS + further)
+    cpu_allowed = math.ceil(seconds(path) + (library.seconds if library else 0.0))
+    allowed = cpu_allowed + SECONDS_OF_WAITING
     with tempfile.TemporaryDirectory() as folder:
         result = Path(folder) / "result.npz"
         inputs = [_CHILD, script, path.absolute(), result, cpu_allowed]
-        command = [sys.executable, "-P", *map(str, inputs)]
-        environment = {**os.environ, **_NO_PLUGINS}
         try:
             done = subprocess.run(
-                command,
+                [sys.executable, "-P", *map(str, inputs)],
                 input=json.dumps(settings).encode(),
                 capture_output=True,
                 timeout=allowed,
                 check=False,
-                env=environment,
+                env={**os.environ, **_NO_PLUGINS},
             )
         except subprocess.TimeoutExpired as error:
-            raise refused(f"it did not end within {allowed:.0f} s") from error
+            raise UnreadableError(f"it did not end within {allowed:.0f} s") from error
         if done.returncode == -getattr(signal, "SIGXCPU", 0):
-            raise refused(f"it did not end within {cpu_allowed} s of computing")
+            raise UnreadableError(f"it did not end within {cpu_allowed} s of computing")
         complaints = " ".join(done.stderr.decode("utf-8", "replace").split())
         missing = _MISSING.search(complaints) if done.returncode else None
         if missing:
-            raise MissingExtraError(
-                f"{path} cannot be read as {contents}, since {missing[1]} is not installed, which "
-                f"its reader needs for this format. Install it: pip install {missing[1]}."
-            )
+            raise _missing(path, missing[1], missing[1])
         if done.returncode or not result.is_file():
-            raise refused(complaints[-300:] or f"its process ended with {done.returncode}")
-        return _unpacked(NpzArchive(result, contents), complaints)
+            raise UnreadableError(complaints[-300:] or f"its process ended with {done.returncode}")
+        return _unpacked(NpzArchive(result, "a result"), complaints)
+
+
+def is_installed(library: str) -> bool:
+    """Whether a module can be imported, looked for within each package that it is in."""
+    parts = library.split(".")
+    names = [".".join(parts[:end]) for end in range(1, len(parts) + 1)]
+    return all(importlib.util.find_spec(name) is not None for name in names)
+
+
+def _missing(path: Path, library: str, package: str) -> MissingExtraError:
+    return MissingExtraError(
+        f"{path} cannot be read, since {library} is not installed, which its reader needs for this "
+        f"format. Install it: pip install {package}."
+    )
 
 
 def _unpacked(archive: NpzArchive, complaints: str) -> ReaderResult:

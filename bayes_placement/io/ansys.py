@@ -5,14 +5,12 @@ That library reads some files of Ansys 2021 and later wrongly without a word (it
 reads is checked against the matrices.
 """
 
-import importlib.util
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import scipy.sparse
 
-from .._types import InputError, MissingExtraError, check_positive
+from .._types import InputError, check_positive
 from ..modes.finite_elements.modal_model import ModalModel
 from . import _reader_process
 from ._foreign_matrices import in_si, without_rows
@@ -63,8 +61,8 @@ def read_matrices(
     """
     file = path_of(path)
     _check_units(length_unit, mass_unit)
-    result = _read(file)
     with reading(file, "matrices of Ansys", _REMEDY):
+        result = _read(file)
         if "stiffness value" not in result.arrays:
             raise InputError("it holds results and no matrices; the .full file is needed")
         units = _units(file, result.metadata["units"], length_unit, mass_unit)
@@ -115,8 +113,8 @@ def read_modes(
     _check_units(length_unit, mass_unit)
     # In the units of the files, in which the shapes are orthonormal.
     system = read_matrices(matrices, length_unit=1.0, mass_unit=1.0)
-    result = _read(file)
     with reading(file, "modes of Ansys", _REMEDY):
+        result = _read(file)
         if "shape" not in result.arrays:
             raise InputError("it holds matrices and no results; the .rst file is needed")
         units = _units(file, result.metadata["units"], length_unit, mass_unit)
@@ -140,27 +138,8 @@ def read_modes(
 
 
 def _read(path: Path) -> _reader_process.ReaderResult:
-    if not _is_installed():
-        raise MissingExtraError(
-            f"{path} cannot be read, since ansys-mapdl-reader is not installed, which knows the "
-            'files of Ansys. Install it: pip install "bayes_placement[ansys]".'
-        )
-    refused = partial(_refused, existing(path, "a file of Ansys (.full, .rst)"))
-    return _reader_process.run(
-        _READER, path, "a file of Ansys", refused, further_seconds=_SECONDS_OF_IMPORT
-    )
-
-
-def _is_installed() -> bool:
-    names = ("ansys", "ansys.mapdl", "ansys.mapdl.reader")  # each within the one before
-    return all(importlib.util.find_spec(name) is not None for name in names)
-
-
-def _refused(path: Path, reason: str) -> InputError:
-    return InputError(
-        f"{path} cannot be read as a file of Ansys ({reason}); a .full or .rst file of a modal "
-        f"analysis is needed. {_REMEDY}"
-    )
+    library = _reader_process.Library("ansys.mapdl.reader", "ansys", _SECONDS_OF_IMPORT)
+    return _reader_process.run(_READER, existing(path, "a file of Ansys (.full, .rst)"), library)
 
 
 def _check_units(length_unit: float | None, mass_unit: float | None) -> None:

@@ -1,18 +1,17 @@
 """Meshes: universal files, CalculiX, and by meshio many formats: nodes, elements, node sets."""
 
-import importlib.util
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from .._types import InputError, MissingExtraError, arguments_checked, check_positive, warn
+from .._types import InputError, arguments_checked, check_positive, warn
 from ..modes.finite_elements.modal_model import ModalModel
 from ..positions.reprs import with_short_repr
 from . import _calculix, _reader_process
 from . import _contents as content
-from ._gate import check_plausible, existing, reading
+from ._gate import UnreadableError, check_plausible, existing, reading
 from ._mesh_contents import MeshContents
 from .uff._mesh import load_mesh
 
@@ -142,13 +141,8 @@ def read(path: str | Path, *, length_unit: float | int | None = None) -> Mesh:
 
 def _by_meshio(path: Path) -> MeshContents:
     """Run meshio in a separate process, whose time and memory are limited."""
-    if importlib.util.find_spec("meshio") is None:
-        raise MissingExtraError(
-            f"{path} cannot be read, since meshio is not installed, which knows the formats of "
-            'meshes. Install it: pip install "bayes_placement[mesh]".'
-        )
     _check_end(path)
-    result = _reader_process.run(_READER, path, "a mesh", lambda reason: _refused(path, reason))
+    result = _reader_process.run(_READER, path, _reader_process.Library("meshio", "mesh"))
     return MeshContents(
         None,
         result.arrays["points"],
@@ -165,7 +159,7 @@ def _check_end(path: Path) -> None:
         return
     with path.open("rb") as file:
         if not any(line.split()[:1] == [last] for line in file):
-            raise _refused(path, f"it has no line {last.decode()}")
+            raise UnreadableError(f"it has no line {last.decode()}")
 
 
 def _of_kind(kind: str, arrays: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -177,26 +171,19 @@ def _of_kind(kind: str, arrays: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 def _mesh(path: Path, contents: MeshContents) -> Mesh:
     count = len(contents.points)
     if not count:
-        raise _refused(path, "it holds no node")
+        raise UnreadableError("it holds no node")
     position = np.zeros((count, 3))
     position[:, : contents.points.shape[1]] = contents.points
     check_plausible(path, coordinates=position)
     for name, nodes in (*contents.elements.items(), *contents.node_sets.items()):
         if nodes.size and not (nodes.min() >= 0 and nodes.max() < count):
-            raise _refused(path, f"{name} has a node that is not among its {count}")
+            raise UnreadableError(f"{name} has a node that is not among its {count}")
     node = np.arange(1, count + 1) if contents.node is None else contents.node
     return Mesh(
         node=node,
         position=position,
         elements={name: node[nodes] for name, nodes in contents.elements.items()},
         node_sets={name: node[nodes] for name, nodes in contents.node_sets.items()},
-    )
-
-
-def _refused(path: Path, reason: str) -> InputError:
-    return InputError(
-        f"{path} cannot be read by meshio ({reason}); a mesh in a format that it tells by the "
-        f"suffix is needed. {_REMEDY}"
     )
 
 

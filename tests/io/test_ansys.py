@@ -9,11 +9,11 @@ import scipy.sparse
 from scipy.sparse.linalg import eigsh
 
 from bayes_placement._types import MissingExtraError
-from bayes_placement.io import ansys
+from bayes_placement.io import _reader_process, ansys
 from bayes_placement.io._foreign_matrices import lowest_frequencies
 
 needs_ansys = pytest.mark.skipif(
-    not ansys._is_installed(),
+    not _reader_process.is_installed("ansys.mapdl.reader"),
     reason='needs ansys-mapdl-reader: pip install "bayes_placement[ansys]"',
 )
 
@@ -117,7 +117,7 @@ def answered(tmp_path, monkeypatch):
         names = {key: str(tmp_path / f"{key}.npz") for key in ("modes", "matrices")}
         (tmp_path / "reader.py").write_text(SPRINGS.format(units=units, **names))
         monkeypatch.setattr(ansys, "_READER", tmp_path / "reader.py")
-        monkeypatch.setattr(ansys, "_is_installed", lambda: True)
+        monkeypatch.setattr(_reader_process, "is_installed", lambda library: True)
         for name in ("job.rst", "job.full"):
             (tmp_path / name).touch()
         return tmp_path / "job.rst", tmp_path / "job.full"
@@ -191,6 +191,7 @@ def test_matrices_that_cannot_be_are_refused(answered, changed, reason):
 
 
 def test_without_the_library_the_extra_is_named(tmp_path, monkeypatch):
-    monkeypatch.setattr(ansys, "_is_installed", lambda: False)
+    monkeypatch.setattr(_reader_process, "is_installed", lambda library: False)
+    (tmp_path / "job.full").touch()
     with pytest.raises(MissingExtraError, match=r"pip install \"bayes_placement\[ansys\]\""):
         ansys.read_matrices(tmp_path / "job.full")

@@ -3,8 +3,10 @@
 from collections.abc import Iterable
 from pathlib import Path
 
+from .. import _reader_process
+from .._gate import reading
 from .clock import check_starts, rate_of_times
-from .sampled import Sampled, run_library
+from .sampled import Sampled
 
 _SCRIPT = Path(__file__).with_name("_mdf_process.py")
 _TIMES = "times of group {}"
@@ -12,7 +14,8 @@ _TIMES = "times of group {}"
 
 def load(path: Path, names: Iterable[str]) -> Sampled:
     """Read channels by their names, with unit and the rate of their time stamps."""
-    result = run_library(path, _SCRIPT, "asammdf", extra="mdf", form="MDF")
+    with reading(path, "an MDF file", "Export it again."):
+        result = _reader_process.run(_SCRIPT, path, _reader_process.Library("asammdf", "mdf"))
     groups = result.metadata["groups"]
     times = {name: result.arrays[_TIMES.format(groups[name])] for name in names if name in groups}
     check_starts({name: float(values[0]) for name, values in times.items()})
