@@ -1,6 +1,8 @@
 """The same data described otherwise have the same answer, and a few lines less nearly the same."""
 
 import dataclasses
+import tempfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,6 +27,30 @@ def permuted(model, data):
 def in_other_units(model, data):
     """FRFs as receptances."""
     return model, data.converted("receptance")
+
+
+def in_millimetres(model, data):
+    """FRFs in (mm/s²)/N in a file, of which a mapping says so."""
+    with tempfile.TemporaryDirectory() as folder:
+        np.savez(Path(folder, "a.npz"), H=1e3 * data.frf, f=LINES, C=data.coherence)
+        path = Path(folder, "a.toml")
+        path.write_text(
+            'file = "a.npz"\nsensors = ["s1+x", "s2+x"]\nactuators = ["a1+x"]\ncoherence = "C"\n'
+            'frf = { array = "H", axes = ["sensor", "actuator", "frequency"], unit = "mm/s²/N" }\n'
+            f'frequency = {{ array = "f", unit = "Hz" }}\naverages = {data.averages}\n'
+        )
+        return model, bp.io.read_measurement(path)
+
+
+def from_the_other_end(model, data):
+    """Places are counted from the other end of the bar, which is held at both."""
+    at = {
+        name: bp.positions.Segment(1.0 - one.recorded, within=0.02)
+        for name, one in {**model.sensor, **model.actuator}.items()
+    }
+    sensors = [bp.Sensor(name, at=at[name]) for name in model.sensor]
+    actuators = [bp.Actuator(name, at=at[name]) for name in model.actuator]
+    return rebuilt(model, sensors=sensors, actuators=actuators), data
 
 
 def mirrored(model, data):
@@ -89,9 +115,19 @@ def as_given():
 
 @pytest.mark.parametrize(
     "description",
-    [permuted, in_other_units, mirrored, merged, with_fewer_lines, with_a_noisy_channel],
+    [
+        permuted,
+        in_other_units,
+        in_millimetres,
+        mirrored,
+        from_the_other_end,
+        merged,
+        with_fewer_lines,
+        with_a_noisy_channel,
+    ],
 )
 def test_another_description_has_the_same_answer(description, as_given):
     verdict, place = answer(*description(experiment(), measured(MASS)))
     assert verdict == as_given[0] == ("point_mass",)
+    place = 1.0 - place if description is from_the_other_end else place
     assert place == pytest.approx(as_given[1], abs=1e-3)
