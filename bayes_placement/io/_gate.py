@@ -73,15 +73,21 @@ def reading(path: Path, contents: str, remedy: str) -> Iterator[None]:
     except (MissingExtraError, FileWarning):
         raise
     except InputError as error:
-        if path.name in str(error):
+        words = _brief(str(error))
+        if path.name in words and words == str(error):
             raise
-        raise type(error)(f"{path}: {error}") from error
+        raise type(error)(words if path.name in words else f"{path}: {words}") from error
     except OSError as error:
         if error.filename is not None or isinstance(error, FileNotFoundError):
             raise
         raise _unreadable(path, contents, remedy, error) from error
     except (Exception, TimeIsUpError) as error:  # libraries raise any for a damaged file
         raise _unreadable(path, contents, remedy, error) from error
+
+
+def _brief(words: str) -> str:
+    """Words with the beginning and the end of what a file makes long, such as a cell or a list."""
+    return words if len(words) <= 2000 else f"{words[:1000]} ... {words[-500:]}"
 
 
 def path_of(path: Any) -> Path:

@@ -109,6 +109,15 @@ def test_a_long_cell_is_a_sentence(tmp_path):
         arrays.load(tmp_path / "a.csv")
 
 
+def test_a_refusal_does_not_repeat_a_long_cell(tmp_path):
+    (tmp_path / "a.csv").write_text(f"f,H\n1,{'1' * 130_000}x\n2,3\n")
+    with pytest.raises(
+        InputError, match=r"a.csv: .* \.\.\. .*, which is none"
+    ) as told:
+        arrays.load(tmp_path / "a.csv")
+    assert len(str(told.value)) < 2000
+
+
 def test_an_integer_of_many_digits_is_no_number(tmp_path):
     (tmp_path / "case.json").write_text(f'{{"length_m": 1{"0" * 400}}}')
     (tmp_path / "a.toml").write_text(f"length = 1{'0' * 400}\n")
