@@ -109,11 +109,23 @@ def test_a_long_cell_is_a_sentence(tmp_path):
         arrays.load(tmp_path / "a.csv")
 
 
+def test_an_object_of_many_fields_is_read_in_a_moment(tmp_path, monkeypatch):
+    monkeypatch.setattr(_limits, "SECONDS", 1.0)
+    fields = ",".join(f'"a{number}":1' for number in range(70_000))
+    (tmp_path / "case.json").write_text(f"{{{fields}}}")
+    assert len(load(tmp_path / "case.json").content) == 70_000
+
+
+@pytest.mark.parametrize("key", ["a", "'a'"])
+def test_a_key_of_many_parts_is_refused(tmp_path, key):
+    (tmp_path / "a.toml").write_text(f"# {'.' * 200}\n{'.'.join([key] * 1000)} = 1\n")
+    with pytest.raises(InputError, match=r"a.toml: a key of it has more than 100 parts; fields of"):
+        _toml_fields.load(tmp_path / "a.toml")
+
+
 def test_a_refusal_does_not_repeat_a_long_cell(tmp_path):
     (tmp_path / "a.csv").write_text(f"f,H\n1,{'1' * 130_000}x\n2,3\n")
-    with pytest.raises(
-        InputError, match=r"a.csv: .* \.\.\. .*, which is none"
-    ) as told:
+    with pytest.raises(InputError, match=r"a.csv: .* \.\.\. .*, which is none") as told:
         arrays.load(tmp_path / "a.csv")
     assert len(str(told.value)) < 2000
 
@@ -192,7 +204,7 @@ def patterns():
 
 
 PIECES = (*' 1a(.*\n/=_#:"\\,+<', "a ", "1 ", "a/", "/ ", "[(", "1e", "*\n", "dB re", "<?xml ")
-BLOCKS = ("***Start_Special***\n", "***End_of_Header***", '<?xml encoding="', " 1,")
+BLOCKS = ("***Start_Special***\n", "***End_of_Header***", '<?xml encoding="', " 1,", '"\\')
 BOUNDED = {"_UNIT": LONGEST_NAME, "_AMOUNT": 100}
 """Letters of the longest text that some patterns are asked about."""
 

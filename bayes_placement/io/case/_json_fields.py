@@ -12,6 +12,7 @@ from ..._types import InputError
 from .._gate import LARGEST, is_number, reading, text_in_utf8
 
 _MOST_BYTES = 16 << 20
+_TEXT = re.compile(r'"(?:[^"\\]|\\.)*+"?')
 _DEEPEST = 30
 
 
@@ -138,7 +139,7 @@ def _parsed(file: Path) -> Any:
 def _check_depth(text: str) -> None:
     """Refuse objects in objects in objects; brackets in texts do not count."""
     depth = 0
-    for bracket in re.findall(r"[\[\]{}]", re.sub(r'"(?:[^"\\]|\\.)*"', "", text)):
+    for bracket in re.findall(r"[\[\]{}]", _TEXT.sub("", text)):
         depth += 1 if bracket in "[{" else -1
         if depth > _DEEPEST:
             raise InputError(
@@ -239,13 +240,14 @@ def _label(content: dict[str, Any]) -> str:
 
 
 def _without_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    names = [name for name, _ in pairs]
-    twice = [name for index, name in enumerate(names) if name in names[:index]]
-    if twice:
-        raise InputError(
-            f'the field "{twice[0]}" occurs twice in one object, and either could be meant'
-        )
-    return dict(pairs)
+    content: dict[str, Any] = {}
+    for name, value in pairs:
+        if name in content:
+            raise InputError(
+                f'the field "{name}" occurs twice in one object, and either could be meant'
+            )
+        content[name] = value
+    return content
 
 
 def _shown(value: Any) -> str:

@@ -2,6 +2,7 @@
 
 import difflib
 import math
+import re
 import tomllib
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -10,7 +11,8 @@ from typing import Any, NamedTuple
 from ..._types import InputError
 from .._gate import existing, is_number, reading, text_in_utf8
 
-_MOST_BYTES = 1 << 20
+_MOST_BYTES, _MOST_PARTS = 1 << 20, 100
+_DOT = re.compile(r"(?<!\.)\.(?!\.)")
 
 
 class TomlTable(NamedTuple):
@@ -82,8 +84,18 @@ def load(path: Path) -> TomlTable:
     with reading(path, "TOML", 'Write one field a line, such as frequency = { array = "f" }.'):
         if size > _MOST_BYTES:
             raise InputError(f"it has {size} bytes, and a mapping has at most {_MOST_BYTES}")
-        content = tomllib.loads(text_in_utf8(path))
+        text = text_in_utf8(path)
+        _check_keys(text)
+        content = tomllib.loads(text)
     return TomlTable(content, str(path))
+
+
+def _check_keys(text: str) -> None:
+    """Refuse keys of very many parts, of which tomllib keeps the square of their number."""
+    if any(len(_DOT.findall(part)) > _MOST_PARTS for part in re.split(r"[,=\n]", text)):
+        raise InputError(
+            f"a key of it has more than {_MOST_PARTS} parts; fields of a mapping have three at most"
+        )
 
 
 def is_text(value: Any) -> bool:
