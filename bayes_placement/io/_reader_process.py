@@ -28,7 +28,7 @@ _CHILD = Path(__file__).with_name("_child.py")
 _NO_PLUGINS = {"HDF5_PLUGIN_PRELOAD": "::"}
 
 
-class Library(NamedTuple):
+class ReaderLibrary(NamedTuple):
     """What a script imports, the extra that brings it, and the time that this may take [s]."""
 
     name: str
@@ -44,7 +44,9 @@ class ReaderResult(NamedTuple):
     complaints: str
 
 
-def run(script: Path, path: Path, library: Library | None = None, **settings: Any) -> ReaderResult:
+def run(
+    script: Path, path: Path, library: ReaderLibrary | None = None, **settings: Any
+) -> ReaderResult:
     """Read a file by `read(path)` of a script, whose time and memory are limited.
 
     Parameters

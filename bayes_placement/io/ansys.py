@@ -138,7 +138,7 @@ def read_modes(
 
 
 def _read(path: Path) -> _reader_process.ReaderResult:
-    library = _reader_process.Library("ansys.mapdl.reader", "ansys", _SECONDS_OF_IMPORT)
+    library = _reader_process.ReaderLibrary("ansys.mapdl.reader", "ansys", _SECONDS_OF_IMPORT)
     return _reader_process.run(_READER, existing(path, "a file of Ansys (.full, .rst)"), library)
 
 

@@ -142,7 +142,7 @@ def read(path: str | Path, *, length_unit: float | int | None = None) -> Mesh:
 def _by_meshio(path: Path) -> MeshContents:
     """Run meshio in a separate process, whose time and memory are limited."""
     _check_end(path)
-    result = _reader_process.run(_READER, path, _reader_process.Library("meshio", "mesh"))
+    result = _reader_process.run(_READER, path, _reader_process.ReaderLibrary("meshio", "mesh"))
     return MeshContents(
         None,
         result.arrays["points"],

@@ -133,7 +133,7 @@ def read_matrices(
 
 
 def _read(path: Path, names: list[str]) -> _reader_process.ReaderResult:
-    library = _reader_process.Library("pyyeti", "nastran", _SECONDS_OF_IMPORT)
+    library = _reader_process.ReaderLibrary("pyyeti", "nastran", _SECONDS_OF_IMPORT)
     return _reader_process.run(_READER, path, library, names=names)
 
 

@@ -239,7 +239,7 @@ def test_what_computes_for_ever_is_given_up(tmp_path, monkeypatch):
         InputError, match=r"a.csv cannot be read .*\(it did not end within 0\.4 s of"
     ):
         for_ever(tmp_path / "a.csv")
-    assert 0.4 <= time.process_time() - start < 2
+    assert 0.1 < time.process_time() - start < 2  # ticks are counted as whole
     assert signal.getsignal(signal.SIGVTALRM) == signal.SIG_DFL
     assert signal.getitimer(signal.ITIMER_VIRTUAL) == (0, 0)
 

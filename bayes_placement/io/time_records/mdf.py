@@ -15,7 +15,7 @@ _TIMES = "times of group {}"
 def load(path: Path, names: Iterable[str]) -> Sampled:
     """Read channels by their names, with unit and the rate of their time stamps."""
     with reading(path, "an MDF file", "Export it again."):
-        result = _reader_process.run(_SCRIPT, path, _reader_process.Library("asammdf", "mdf"))
+        result = _reader_process.run(_SCRIPT, path, _reader_process.ReaderLibrary("asammdf", "mdf"))
     groups = result.metadata["groups"]
     times = {name: result.arrays[_TIMES.format(groups[name])] for name in names if name in groups}
     check_starts({name: float(values[0]) for name, values in times.items()})
