@@ -10,7 +10,7 @@ from types import FrameType
 from typing import Any, NoReturn
 
 from ._errors import MODEL_FAILS, UNPRINTED, StoppedBySignal
-from ._streams import LastingStream, lasting_streams, printable_warning
+from ._streams import LastingStream, lasting_streams, printable, printable_warning
 from .app import app
 
 ENDING = ("SIGTERM", "SIGHUP")
@@ -56,13 +56,17 @@ def _code(code: Any, output: LastingStream | None) -> int:
 
 
 def _leave(code: int) -> NoReturn:
-    """End the process, even where a thread of the model file goes on for ever."""
+    """End the process, even where a thread, as of the model file, goes on for ever."""
     threading.Thread(target=_end, args=(code,), daemon=True).start()
     sys.exit(code)
 
 
 def _end(code: int) -> None:
     time.sleep(PATIENCE)
-    sys.stderr.write("A thread of the model file goes on; the program ends without it.\n")
-    sys.stderr.flush()
+    ours = threading.main_thread()
+    going_on = [one.name for one in threading.enumerate() if one is not ours and not one.daemon]
+    if going_on:
+        words = printable(f"The program ends; a thread goes on: {', '.join(going_on)}.\n")
+        sys.stderr.write(words)
+        sys.stderr.flush()
     os._exit(code)

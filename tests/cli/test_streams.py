@@ -5,11 +5,12 @@ import json
 import os
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
 
-from bayes_placement.cli import _streams
+from bayes_placement.cli import _program, _streams
 from bayes_placement.cli._errors import UNPRINTED
 from tests.cli.studies import EXPERIMENT
 
@@ -46,6 +47,18 @@ def test_a_stream_outlasts_its_reader():
     text.write("lost as well")
     text.flush()
     assert isinstance(stream.fault, BrokenPipeError)
+
+
+@pytest.mark.parametrize("daemon", [False, True])
+def test_threads_that_go_on_are_named_where_they_keep_a_program(monkeypatch, capsys, daemon):
+    """An interrupted search was said to have left a thread of the model file, which had none."""
+    monkeypatch.setattr(_program, "PATIENCE", 0.0)
+    monkeypatch.setattr(os, "_exit", lambda code: None)
+    going_on = threading.Event()
+    threading.Thread(target=going_on.wait, name="a\x1b[2J", daemon=daemon).start()
+    _program._end(0)
+    going_on.set()
+    assert ("a thread goes on: a\\x1b[2J." in capsys.readouterr().err) != daemon
 
 
 def begun(folder, *words, **settings):
