@@ -25,6 +25,14 @@ class StoppedBySignal(KeyboardInterrupt):
     """A signal that ends a command as Ctrl-C does; its argument is the exit code."""
 
 
+EXHAUSTED = "RESOURCE_EXHAUSTED"
+"""What JAX says where it finds no memory."""
+
+TOO_LITTLE_MEMORY = (
+    "There is too little memory ({}); as much is needed, since all modes, lines and draws are "
+    "computed at once. Take fewer of them, or another computer."
+)
+
 LONGEST_PATH = 200
 """Letters of a path that are told."""
 
@@ -75,6 +83,8 @@ def _in_words(error: BaseException, model: Path, show_traceback: bool) -> tuple[
         code, words = _code(error), f"error: {_place(error, model)}{_sentence(error)}"
     elif _is_of_model(error, model):
         code, words = REFUSED, "".join(_model_traceback(error, model))
+    elif isinstance(error, MemoryError) or EXHAUSTED in str(error):
+        code, words = FAILED, f"error: {TOO_LITTLE_MEMORY.format(error)}"
     else:
         code, words = FAILED, _traceback(error)
     return code, _traceback(error) if show_traceback else words

@@ -109,16 +109,24 @@ def test_a_traceback_of_our_own_errors_is_shown_if_asked_for(tmp_path):
     assert "Traceback" in answer.output and "declares no `measurement`" in answer.output
 
 
-@pytest.mark.parametrize("kind", [NumericalError, WorkerError])
-def test_a_computation_that_cannot_go_on_is_one_sentence(tmp_path, monkeypatch, kind):
+@pytest.mark.parametrize(
+    ("error", "sentence"),
+    [
+        (NumericalError("No step."), "error: No step."),
+        (WorkerError("A worker was lost."), "error: A worker was lost."),
+        (MemoryError("74 GiB"), "error: There is too little memory (74 GiB); as much is needed"),
+        (RuntimeError("RESOURCE_EXHAUSTED: 9"), "error: There is too little memory (RESOURCE_EXHA"),
+    ],
+)
+def test_a_computation_that_cannot_go_on_is_one_sentence(tmp_path, monkeypatch, error, sentence):
     def broken(*arguments, **settings):
-        raise kind("A worker was lost.")
+        raise error
 
     monkeypatch.setattr(check, "check", broken)
     monkeypatch.setattr(check, "infer_posterior", lambda *arguments: None)
     answer = run(tmp_path, EXPERIMENT + "measurement = experiment.nominal_measurement()\n")
     assert answer.exit_code == 4
-    assert answer.output.splitlines()[-1] == "error: A worker was lost."
+    assert answer.output.splitlines()[-1].startswith(sentence)
 
 
 def test_a_missing_extra_is_named_in_one_sentence(tmp_path, monkeypatch):
