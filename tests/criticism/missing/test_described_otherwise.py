@@ -10,7 +10,7 @@ import pytest
 import bayes_placement as bp
 from tests.criticism.small import LINES, MASS, experiment, measured
 
-pytestmark = [pytest.mark.long, pytest.mark.longest]
+pytestmark = pytest.mark.long
 
 KINDS = ["point_mass", "gain_error", "ground_spring"]
 EVERY = 20
@@ -63,13 +63,15 @@ def mirrored(model, data):
 def merged(model, data):
     """Files of one sensor each, merged."""
     parts = [data.channels([label], ["a1+x"]) for label in ("s2+x", "s1+x")]
-    stacked = {
-        name: np.concatenate([getattr(part, name) for part in parts])
-        for name in ("frf", "coherence", "line_scatter")
-    }
-    sensors = tuple(channel for part in parts for channel in part.sensors)
-    whole = dataclasses.replace(parts[0], sensors=sensors, coherent_variance=None, **stacked)
-    return model, whole
+    return model, bp.Measurement.from_arrays(
+        np.concatenate([part.frf for part in parts]),
+        LINES,
+        sensors=[channel for part in parts for channel in part.sensors],
+        actuators=data.actuators,
+        quantity=data.quantity,
+        coherence=np.concatenate([part.coherence for part in parts]),
+        averages=data.averages,
+    )
 
 
 def with_fewer_lines(model, data):
