@@ -92,12 +92,12 @@ def batch(experiment: Experiment, values: Float[Array, "point number"]) -> Batch
     """Return the experiments of a batch of values of the unknowns, one after the other."""
     unknowns = experiment.unknowns
     shapes = [unknown.distribution.shape() for unknown in unknowns]
-    ends = np.cumsum([math.prod(shape) for shape in shapes])[:-1]
+    ends = np.cumsum([math.prod(shape) for shape in shapes], dtype=int)
     # By identity: what is known of the declared experiment is computed once for all points.
     sources = {id(leaf): number for number, leaf in enumerate(jax.tree.leaves(experiment))}
 
     def at(row: Float[Array, "number"]) -> Batch:
-        parts = zip(unknowns, jnp.split(row, ends), shapes, strict=True)
+        parts = zip(unknowns, jnp.split(row, ends)[:-1], shapes, strict=True)
         known = applied(experiment.fix({of.name: part.reshape(to) for of, part, to in parts}))
         leaves, structure = jax.tree.flatten(known)
         of_leaves = tuple(sources.get(id(leaf)) for leaf in leaves)

@@ -234,6 +234,7 @@ def test_the_ledger_file_says_what_the_ledger_says(with_both, tmp_path):
         "reach",
         "steps",
         "verdict",
+        "baseline",
         "probabilities",
         "confounded",
         "unexplained",
