@@ -42,7 +42,19 @@ def test_good_data_pass_all_checks(quantity, coherence):
 def test_the_two_simulated_experiments_allow_every_check():
     faults = exchanged().check_data(measured(exchanged())).faults
     faults |= free_beam().check_data(measured(free_beam())).faults
-    assert set(faults) == {check.name for check in CHECKS}
+    told_where_they_fail = {"names"}
+    assert set(faults) | told_where_they_fail == {check.name for check in CHECKS}
+
+
+@pytest.mark.parametrize(("name", "is_told"), [("S1", True), ("s2", False)])
+def test_names_that_differ_in_case_alone_are_told(name, is_told):
+    sensors = [bp.Sensor("s1", at=0.23), bp.Sensor(name, at=0.61)]
+    experiment = bar(sensors, [bp.Actuator("a1", at=0.23)])
+    faults = experiment.check_data(measured(experiment)).faults
+    assert ("names" in faults) == is_told
+    if is_told:
+        (fault,) = faults["names"]
+        assert fault.sensor == "S1+x" and "'s1' differs from 'S1' in case" in fault.sentence
 
 
 @pytest.mark.parametrize("quantity", ["receptance", "mobility", "accelerance"])

@@ -15,6 +15,7 @@ from . import (
     full_coherence,
     mains,
     mistaken_records,
+    names,
     natural_frequencies,
     overload,
     phase,
@@ -68,6 +69,7 @@ CHECKS = tuple(
         ("rigid-body line", rigid_body_line),
         ("stated noise", stated_noise),
         ("mains", mains),
+        ("names", names),
     )
 )
 """Every check, in the order in which they are done."""
