@@ -238,6 +238,7 @@ def test_improve_writes_the_ledger(hidden):
         "effects",
         "reach",
         "steps",
+        "baseline",
         "verdict",
         "probabilities",
         "confounded",
