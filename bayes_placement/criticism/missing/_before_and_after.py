@@ -167,13 +167,12 @@ def _from_both(
 
 def _next_best(comparison: Comparison, branch: Hypothesis) -> list[Effect]:
     """The single effects of greatest odds of other kinds, and one more of a kind that it has."""
-    best = comparison.distinct()[0]
     singles = sorted(comparison.hypotheses, key=comparison.log_odds, reverse=True)
     candidates: dict[str, Effect] = {}
     for single in singles:
         if len(single.effects) != 1 or single.kinds[0] in comparison.networks:
             continue
-        if may_be_added(*single.effects, single.problem, branch, best):
+        if may_be_added(*single.effects, single.problem, branch):
             candidates.setdefault(single.kinds[0], single.effects[0])
     others = [kind for kind in candidates if kind not in branch.kinds][: NARROW.kinds]
     return [candidates[kind] for kind in candidates if kind in (*others, *branch.kinds)]

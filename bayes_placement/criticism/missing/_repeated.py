@@ -19,12 +19,11 @@ from ._candidates import renamed
 from ._hypotheses import Hypothesis
 
 
-def may_be_added(effect: Effect, problem: Problem, branch: Hypothesis, best: Hypothesis) -> bool:
+def may_be_added(effect: Effect, problem: Problem, branch: Hypothesis) -> bool:
     """Whether an effect is one more beside those of a hypothesis.
 
-    It can act together with them. It is of another kind; or the best hypothesis has the kind, it
-    may be there more than once, and this one is elsewhere or about something else: two delays of
-    one channel are one.
+    It can act together with them. It is of another kind; or it may be there more than once, and
+    this one is elsewhere or about something else: two delays of one channel are one.
 
     Parameters
     ----------
@@ -34,15 +33,13 @@ def may_be_added(effect: Effect, problem: Problem, branch: Hypothesis, best: Hyp
         A problem with it.
     branch
         The hypothesis to which it may be added.
-    best
-        The hypothesis of the greatest odds.
     """
     kind = kind_of(effect)
     if not can_act_together((*branch.effects, effect)):
         return False
     if kind not in branch.kinds:
         return True
-    if not effect.may_repeat or kind not in best.kinds:
+    if not effect.may_repeat:
         return False
     if _may_be_anywhere(effect, problem.experiment):
         return True

@@ -156,10 +156,10 @@ def _pairs(comparison: Comparison, branches: Sequence[Hypothesis], most: int) ->
 
     Of a kind a few variants, since the best one alone, such as a mass that was removed, need not be
     the best one beside others. What takes long is added to the best hypothesis alone. A further
-    effect of a kind of the best hypothesis is tried where it promises as much as the effects of
-    other kinds, and takes the place of none of them.
+    effect of a kind that is there is tried where it promises as much as the effects of other kinds,
+    and takes the place of none of them.
     """
-    null, best = comparison.of(()), comparison.distinct()[0]
+    null = comparison.of(())
     tried = {hypothesis.kinds for hypothesis in comparison.hypotheses}
     pairs: list[list[Pair]] = []
     for branch in branches:
@@ -173,7 +173,7 @@ def _pairs(comparison: Comparison, branches: Sequence[Hypothesis], most: int) ->
                 continue
             if effect.tried_last and branch is not branches[0]:
                 continue
-            if may_be_added(effect, candidate.problem, branch, best):
+            if may_be_added(effect, candidate.problem, branch):
                 tried.add(extension)
                 variants.setdefault(kind, []).append((branch, effect))
         pairs += (of_kind[:VARIANTS] for of_kind in variants.values())

@@ -19,7 +19,7 @@ from ._networks import priors_of_networks
 from ._posterior_odds import explains, passes
 from ._rows import row_with_sizes
 from ._scanned_candidates import Tick
-from ._search import NARROW, Breadth
+from ._search import ALL
 from .decide import is_unexplained
 from .fitted_model import FittedModel, fitted_model
 from .table import Policy
@@ -77,19 +77,21 @@ def earlier_state(question: Question, baseline: Measurements, tick: Tick) -> Ear
 def _completed(question: Question, state: State, tick: Tick) -> Hypothesis | None:
     """The fewest effects, of these the most probable, that explain an earlier state; None if none.
 
-    They are looked for by the exact model, which takes a fraction of the time of a model error.
+    They are looked for by the exact model, which takes a fraction of the time of a model error, and
+    without networks, which would follow what is a model error there.
     """
-    alone = question.asked_of(state.experiment.with_errors(None), state.data)
+    listed = question._replace(tried=replace(question.tried, networks=False))
+    alone = listed.asked_of(state.experiment.with_errors(None), state.data)
     comparison = alone.fits.singles(tick)
     for depth in range(1, question.most_effects + 1):
         best = [each for each in comparison.distinct() if len(each.effects) == depth]
-        best = best[: NARROW.branches]
+        best = best[: ALL.branches]
         fitted = best if question.errors is None else alone.fits.with_errors(*best)
         explaining = [each for each in fitted if _is_explained(each, question)]
         if explaining:
             return max(explaining, key=comparison.log_odds)
         if best and depth < question.most_effects:
-            comparison = deeper(alone, comparison, depth, NARROW, tick)
+            comparison = deeper(alone, comparison, depth, ALL, tick)
     return None
 
 
@@ -152,4 +154,4 @@ def _best_of_later_state(question: Question, earlier: State, tick: Tick) -> Hypo
     if not passes(exact, question.level):
         return exact
     singles = question.fits.singles(tick)
-    return deepened(question, singles, Breadth(), -np.inf, tick).best()
+    return deepened(question, singles, ALL, -np.inf, tick).best()
