@@ -64,7 +64,7 @@ def test_explain_completes_by_one_effect(before):
     assert any("was completed by" in sentence for sentence in ranking.words())
 
 
-def test_unlike_what_completes_nothing_is_claimed_where_no_effect_explains_the_baseline():
+def test_nothing_is_claimed_where_no_effect_explains_the_baseline():
     """A gain cannot stand for a mass."""
     candidates = effects.library(experiment(), ["gain_error"])
     ledger = bp.improve(
