@@ -123,14 +123,14 @@ def stored_or_computed(
     compute
         Computes it.
     like
-        A tree of the same structure.
+        A tree of the same structure, by which results of the same inputs are told apart.
     problem
         The problem that is fitted.
     inputs
         All else that it follows from.
     """
     fits = _KEPT.get()
-    key = None if fits is None else _key(*problem.content, *inputs)
+    key = None if fits is None else _key_of_kept(like, problem, *inputs)
     if fits is None or key is None:
         return compute()
     known = fits.read(key, like)
@@ -141,16 +141,21 @@ def stored_or_computed(
     return tree
 
 
-def is_stored(problem: Problem, *inputs: Any) -> bool:
+def is_stored(like: Any, problem: Problem, *inputs: Any) -> bool:
     """Whether there is a file of what follows from a problem and further inputs."""
     fits = _KEPT.get()
-    key = None if fits is None else _key(*problem.content, *inputs)
+    key = None if fits is None else _key_of_kept(like, problem, *inputs)
     return fits is not None and key is not None and key in fits.files
 
 
 def key_of(problem: Problem, *inputs: Any) -> str | None:
     """Hash of a problem and further inputs, where fits are kept in a folder."""
     return None if _KEPT.get() is None else _key(*problem.content, *inputs)
+
+
+def _key_of_kept(like: Any, problem: Problem, *inputs: Any) -> str | None:
+    """Hash of inputs and of what follows: a scan and scores may follow from the same ones."""
+    return _key(str(jax.tree.structure(like)), *problem.content, *inputs)
 
 
 def _key(*inputs: Any) -> str | None:

@@ -1,5 +1,6 @@
 """Fits stay in a folder: a search that was ended goes on, and no damaged fit is believed."""
 
+import jax
 import numpy as np
 import pytest
 
@@ -131,6 +132,18 @@ def test_what_this_run_wrote_is_not_counted_as_taken_from_an_earlier_one(tmp_pat
             fits.write("mine", np.zeros(2))
         np.testing.assert_array_equal(fits.read("mine", np.ones(2)), np.zeros(2))
         assert fits.taken == taken
+
+
+def test_results_of_other_forms_from_the_same_inputs_are_kept_apart(tmp_path):
+    setup = experiment()
+    problem = kept_fits.Problem(setup, setup.data(measured(MASS, seed=1)))
+    asked = (np.zeros(2), (np.zeros(2), 1.0), kept_fits.NO_RIVAL)
+    with kept_fits.fits_kept_in(tmp_path):
+        for tree in (*asked, *asked):
+            found = kept_fits.stored_or_computed(lambda tree=tree: tree, tree, problem, 3)
+            assert jax.tree.structure(found) == jax.tree.structure(tree)
+            assert kept_fits.is_stored(tree, problem, 3)
+    assert len([*tmp_path.iterdir()]) == len(asked)
 
 
 def test_what_is_large_is_not_kept(tmp_path):

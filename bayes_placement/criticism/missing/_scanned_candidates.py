@@ -150,7 +150,7 @@ class _Scanning:
 
     def prepare(self) -> None:
         """Compile the residuals, unless the scan is kept in a folder."""
-        if not is_stored(*self._inputs):
+        if not is_stored(ANY_SCAN, *self._inputs):
             self._part.evaluated.prepare()
 
     def scanned(self) -> ScannedCandidate:
