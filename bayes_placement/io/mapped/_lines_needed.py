@@ -22,7 +22,7 @@ from ._headings import (
     partners_of,
     said_of,
 )
-from ._values import name_of, stated_units
+from ._values import name_of, one_axis, stated_units
 from .mapping import AXES, PARTS, Column, FrequencyRule, FrfRule, Mapping
 
 _MOST_SHOWN = 12
@@ -204,7 +204,7 @@ def _axes(source: NamedArrays, values: np.ndarray) -> str:
 
 def _order_of_axes(source: NamedArrays, values: np.ndarray) -> list[str]:
     """Axes of an array: that of the lines is as long as a rising array, else the longest."""
-    lines = {np.size(known) for known in source.arrays.values() if _is_axis(known)}
+    lines = {one_axis(known).size for known in source.arrays.values() if _is_axis(known)}
     shape = values.shape[: len(AXES)]
     fitting = [place for place, size in enumerate(shape) if size in lines and size > 1]
     frequency = fitting[0] if fitting else int(np.argmax(shape or (0,)))
@@ -336,7 +336,7 @@ def _axis(source: NamedArrays) -> str | None:
         for name, values in source.arrays.items()
         if _is_axis(values)
         and part_of_column(source, name) is None
-        and any(values.size in other.shape for key, other in numbers.items() if key != name)
+        and any(one_axis(values).size in other.shape for key, other in numbers.items() if key != name)
     ]
     named = [
         name for name in rising if name[:1].lower() == "f" or source.units.get(name) in FREQUENCY
@@ -346,7 +346,7 @@ def _axis(source: NamedArrays) -> str | None:
 
 def _is_axis(values: np.ndarray) -> bool:
     """Whether an array rises as an axis does."""
-    flat = np.squeeze(values)
+    flat = one_axis(values)
     return flat.dtype.kind in "iuf" and flat.ndim == 1 and bool(np.all(np.diff(flat) > 0))
 
 

@@ -73,7 +73,7 @@ def lines_of(source: NamedArrays, rule: FrequencyRule, count: int) -> FrequencyA
             'is needed, since lines are compared in Hz. Write frequency = { ..., unit = "Hz" }.'
         )
     if rule.array is not None:
-        values = np.squeeze(array_of(source, rule.array)).astype(float).reshape(-1)
+        values = one_axis(array_of(source, rule.array)).astype(float).reshape(-1)
         origin = f"array {name_of(source, rule.array)}"
     else:
         first, step = (_number(source, value) for value in (rule.first, rule.step))
@@ -89,6 +89,12 @@ def lines_of(source: NamedArrays, rule: FrequencyRule, count: int) -> FrequencyA
     band = f"{counted(count, 'line')} from {values[0]:g} to {values[-1]:g} Hz"
     sentence = f"Frequency: {origin}, in {unit}: {band}."
     return FrequencyAxis(values, sentence)
+
+
+def one_axis(values: np.ndarray) -> np.ndarray:
+    """Axis of an array without sides of 1: of blocks that have all the same axis, that one."""
+    flat = np.squeeze(values)
+    return flat[0] if flat.ndim == 2 and np.array_equal(flat, [flat[0]] * len(flat)) else flat
 
 
 def _number(source: NamedArrays, value: float | str | None) -> float:

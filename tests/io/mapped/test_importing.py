@@ -483,6 +483,24 @@ def test_structures_of_testlab_are_asked_for_by_their_names(tmp_path, options):
     check_read(bp.io.read(tmp_path / "run.toml"))
 
 
+def test_blocks_of_one_axis_are_read_by_the_lines_that_are_asked_for(tmp_path):
+    """An array of structures, one for each channel, as ME'scope and many scripts write."""
+    blocks = np.zeros(2, [("Name", object), ("X", object), ("Y", object)])
+    for number, block in enumerate(blocks):
+        block["Name"], block["X"] = f"Block {number}", ARRAYS["f"]
+        block["Y"] = ARRAYS["H"][:, number, 0]
+    scipy.io.savemat(tmp_path / "run.mat", {"blocks": blocks})
+    with pytest.raises(ValueError, match="nothing says which array holds the FRFs") as error:
+        bp.io.read(tmp_path / "run.mat")
+    corrected = lines_asked_for(error).replace("s2+x", "s2-y").replace("(m/s^2)/N", "g/N")
+    (tmp_path / "run.toml").write_text(corrected)
+    check_read(bp.io.read(tmp_path / "run.toml"))
+    blocks[1]["X"] = 2 * ARRAYS["f"]
+    scipy.io.savemat(tmp_path / "run.mat", {"blocks": blocks})
+    with pytest.raises(ValueError, match="12 lines and the FRFs have 6"):
+        bp.io.read(tmp_path / "run.toml")
+
+
 @pytest.mark.parametrize(
     ("left_out", "asked"),
     [
