@@ -336,7 +336,9 @@ def _axis(source: NamedArrays) -> str | None:
         for name, values in source.arrays.items()
         if _is_axis(values)
         and part_of_column(source, name) is None
-        and any(one_axis(values).size in other.shape for key, other in numbers.items() if key != name)
+        and any(
+            one_axis(values).size in other.shape for key, other in numbers.items() if key != name
+        )
     ]
     named = [
         name for name in rising if name[:1].lower() == "f" or source.units.get(name) in FREQUENCY

@@ -2,8 +2,12 @@
 
 import dataclasses
 import json
+from typing import Any, ClassVar
 
+import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
+import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
@@ -13,7 +17,7 @@ from bayes_placement.criticism.missing._hypotheses import fitted_with_errors, wi
 from bayes_placement.criticism.missing.explain import explain
 from bayes_placement.criticism.missing.improve import improve
 from bayes_placement.criticism.noise_needed import NoiseNeeded
-from tests.criticism.small import GAIN, MASS, experiment, measured
+from tests.criticism.small import GAIN, LINES, MASS, experiment, measured
 
 KINDS = ["point_mass", "gain_error", "time_delay"]
 
@@ -127,6 +131,34 @@ def test_two_effects_at_once_are_found(with_both):
     assert falling[-1] < 1.2
     error = with_both.steps[-1].parameters["instrument_effects.gain_error.error"]
     assert error.low < GAIN.error < error.high
+
+
+class Ripple(effects.InstrumentEffect):
+    """A periodic error of all channels, of so many periods over the lines."""
+
+    absent = ("size", 0.0)
+    size: Any
+    name: str = eqx.field(static=True, default="ripple", kw_only=True)
+    periods: ClassVar[float]
+
+    def channel_factor(self, omega, instruments):
+        """Return one and a small cosine over the band."""
+        return 1 + self.size * jnp.cos(self.periods * omega / LINES[-1])
+
+    @classmethod
+    def suggest(cls, scales):
+        """Return it with a wide prior."""
+        return [cls(dist.Normal(0.0, 0.1))]
+
+
+@pytest.mark.long
+def test_ten_useless_candidates_lose_no_answer(with_both):
+    useless = [type(f"Ripple{n}", (Ripple,), {"periods": n / 2}) for n in range(1, 11)]
+    many = effects.library(experiment(), KINDS, further=useless)
+    ledger = improve(experiment(), measured(MASS, GAIN, seed=2), candidates=many)
+    assert ledger.verdict == with_both.verdict
+    for kind in ledger.verdict:
+        assert ledger.probabilities[kind] > with_both.probabilities[kind] - 0.1
 
 
 def test_where_two_effects_explain_all_model_errors_are_not_tried_beside_every_effect(with_both):
