@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
@@ -48,7 +48,7 @@ def _note(path: Path) -> None:
 
 
 @contextmanager
-def reading(path: Path, contents: str, remedy: str) -> Iterator[None]:
+def reading(path: Path, contents: str, remedy: str, *, is_timed: bool = True) -> Iterator[None]:
     """Turn what goes wrong while a file is read into an error that names the file.
 
     Parameters
@@ -59,6 +59,8 @@ def reading(path: Path, contents: str, remedy: str) -> Iterator[None]:
         What it is read as, such as `a universal file`.
     remedy
         What to do, a sentence.
+    is_timed
+        Whether it is reading alone that is done meanwhile; modes of a structure may take long.
 
     Raises
     ------
@@ -67,7 +69,7 @@ def reading(path: Path, contents: str, remedy: str) -> Iterator[None]:
         its warnings that a caller makes errors.
     """
     try:
-        with time_limit(path):
+        with time_limit(path) if is_timed else nullcontext():
             yield
         _note(path)
     except (MissingExtraError, FileWarning):

@@ -84,7 +84,8 @@ def read(folder: str | Path) -> Study:
     >>> study = bp.io.case.read("case")  # doctest: +SKIP
     """
     file = inside(path_of(folder), "case.json")
-    with reading(file, "a case", "Compare it with help(bp.io.case.read), and correct the field."):
+    remedy = "Compare it with help(bp.io.case.read), and correct the field."
+    with reading(file, "a case", remedy, is_timed=False):
         return _study(load(file), Path(folder))
 
 

@@ -6,6 +6,7 @@ import inspect
 import json
 import math
 import re
+import time
 
 import jax
 import numpy as np
@@ -13,7 +14,8 @@ import pytest
 from numpyro.distributions import LogNormal, Normal, Uniform
 
 import bayes_placement as bp
-from bayes_placement.io import case
+from bayes_placement.io import _limits, case
+from bayes_placement.io.case import folder
 from bayes_placement.io.case._known_fields import KNOWN
 
 LINES = np.linspace(20.0, 120.0, 6)
@@ -142,6 +144,20 @@ def changed(path, value, content=BAR):
 @pytest.fixture(scope="module")
 def bar(tmp_path_factory):
     return case.read(written(tmp_path_factory.mktemp("bar")))
+
+
+def test_modes_that_take_longer_than_reading_are_waited_for(tmp_path, monkeypatch):
+    given, make = written(tmp_path), folder.nominal_structure
+
+    def made_slowly(content):
+        until = time.process_time() + 2 * _limits.SECONDS
+        while time.process_time() < until:
+            pass
+        return make(content)
+
+    monkeypatch.setattr(_limits, "SECONDS", 0.5)
+    monkeypatch.setattr(folder, "nominal_structure", made_slowly)
+    case.read(given)
 
 
 def test_priors_sit_at_the_leaves_of_what_they_are_for(bar):
