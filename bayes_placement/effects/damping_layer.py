@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import jax.numpy as jnp
 
-from .._ranges import POSITIVE, SIGNED_LOSS_FACTOR
+from .._ranges import NOT_NEGATIVE, POSITIVE, SIGNED_LOSS_FACTOR
 from ..modes.ports import cuts_over, over
 from ..modes.underlying import required_line, underlying_line
 from .effect import AtPlace, Omega, OnPorts, Stiffness, placed
@@ -12,10 +12,10 @@ from .prelude import LogUniform, Modes, Parameter, PortLaw, Scales, coordinates,
 
 
 class DampingLayer(AtPlace, OnPorts):
-    """A lossy modulus E (1 + i eta) along a segment of a bar or beam, as of an unconstrained layer.
+    """A modulus E (1 + s eta + i eta) along a segment of a bar or beam, as of a layer upon it.
 
-    Its compliance is less by z / (1 + z) of that of the segment with z = i eta, which is inserted
-    all over it. Oberst, Acustica 2 (1952) 181.
+    Its compliance is less by z / (1 + z) of that of the segment with z = (s + i) eta, which is
+    inserted all over it. Oberst, Acustica 2 (1952) 181.
 
     Parameters
     ----------
@@ -25,6 +25,9 @@ class DampingLayer(AtPlace, OnPorts):
         Its length [m].
     loss_factor
         Loss factor eta that the layer gives to the section [1].
+    stiffening
+        Stiffness s that it adds, over the loss that it adds [1]: one over the loss factor of its
+        material.
 
     Examples
     --------
@@ -38,6 +41,7 @@ class DampingLayer(AtPlace, OnPorts):
     acts_on = "region"
     extent: Parameter = field(metadata=unit("m", within=POSITIVE))
     loss_factor: Parameter = field(metadata=unit("1", within=SIGNED_LOSS_FACTOR))
+    stiffening: Parameter = field(default=0.0, metadata=unit("1", within=NOT_NEGATIVE))
     name: str = field(static=True, default="damping_layer", kw_only=True)
 
     def on(self, modes: Modes) -> "DampingLayer":
@@ -48,12 +52,13 @@ class DampingLayer(AtPlace, OnPorts):
     def port_laws(self, modes: Modes, modulus: Stiffness, omega: Omega) -> Sequence[PortLaw]:
         """Cuts all over the segment, with the compliance that is gone."""
         segment = over(coordinates(self.at), self.extent, None, modes)
-        added = 1j * self.loss_factor * jnp.sign(jnp.real(omega))
+        added = self.loss_factor * (self.stiffening + 1j * jnp.sign(jnp.real(omega)))
         compliance = segment.length / underlying_line(modes).stiffness
         return [PortLaw(cuts_over(segment, modes), compliance * added * modulus, modulus + added)]
 
     @classmethod
     def suggest(cls, scales: Scales) -> list["DampingLayer"]:
-        """A loss factor of 0.1 % to 100 %, on any part of a uniform bar or beam."""
-        loss = LogUniform(1e-3, 1.0)
-        return [cls(place, extent, loss) for place, extent in scales.extents(lines_alone=True)]
+        """A loss factor of 0.1 % to 100 %, of a material of 0.1 to 100, on any part of a line."""
+        loss, stiffening = LogUniform(1e-3, 1.0), LogUniform(1e-2, 10.0)
+        parts = scales.extents(lines_alone=True)
+        return [cls(place, extent, loss, stiffening) for place, extent in parts]

@@ -110,9 +110,16 @@ ATTACHED = {
         effects.damping_layer(MIDDLE, EXTENT, 0.3),
         lambda w: 0.3j * BENDING * spread(STIFF, START, END),
     ),
+    "stiff damping layer": (
+        effects.damping_layer(MIDDLE, EXTENT, 0.3, 0.2),
+        lambda w: 0.3 * (0.2 + 1j) * BENDING * spread(STIFF, START, END),
+    ),
 }
 # Where a law ends on a segment the field is less smooth than the polynomials over it.
-CLOSE = {"mass on a segment": 2e-5, "network over a segment": 2e-5, "damping layer": 2e-4}
+CLOSE = {
+    **dict.fromkeys(["mass on a segment", "network over a segment"], 2e-5),
+    **dict.fromkeys(["damping layer", "stiff damping layer"], 2e-4),
+}
 
 
 def deviation(seen, exact):
