@@ -46,7 +46,7 @@ SETTINGS = (
 )
 """Settings of JAX that a helper shares with this process."""
 
-SELDOM = (100_000, 50, 50)
+RARELY = (100_000, 50, 50)
 """Thresholds of garbage. Traced functions are of many small objects that stay: by default Python
 looks through all of them whenever a quarter more has come, a tenth of the time of a search."""
 
@@ -123,22 +123,22 @@ def begun_in_helper(function: Callable[..., Result], *arguments: Any) -> Callabl
     return lambda: next(queue.results())[1]
 
 
-def tidy_seldom() -> None:
+def collect_garbage_rarely() -> None:
     """Look for garbage seldom and reuse freed memory, in a process of this package alone."""
-    gc.set_threshold(*SELDOM)
+    gc.set_threshold(*RARELY)
     _set_allocator(KEPT_FREE)
 
 
 @contextmanager
-def tidied_seldom() -> Iterator[None]:
+def rare_garbage_collection() -> Iterator[None]:
     """Look for garbage seldom and reuse freed memory while this runs; a decorator as well."""
     before = gc.get_threshold()
-    tidy_seldom()
+    collect_garbage_rarely()
     try:
         yield
     finally:
         gc.set_threshold(*before)
-        if before != SELDOM:  # not within another one, nor in a process of this package alone
+        if before != RARELY:  # not within another one, nor in a process of this package alone
             _set_allocator(2 * LARGEST_REUSED)
 
 
@@ -266,7 +266,7 @@ def _begin(settings: dict[str, Any], parent: int) -> None:
     _alone = True
     atexit.register(gc.freeze)  # or its end, which this process awaits, takes half a second
     Thread(target=_end_with, args=(parent,), daemon=True).start()
-    tidy_seldom()
+    collect_garbage_rarely()
     warnings.simplefilter("ignore")  # this process warns of what it sees itself
     for name, value in settings.items():
         jax.config.update(name, value)

@@ -16,8 +16,8 @@ from loky import get_reusable_executor
 
 import bayes_placement as bp
 from bayes_placement import _processes
-from bayes_placement._processes import SELDOM, tidied_seldom
-from bayes_placement.criticism.missing._fitted_with_errors import fitted_with_errors_at_once
+from bayes_placement._processes import RARELY, rare_garbage_collection
+from bayes_placement.criticism.missing._fits_with_errors import fitted_with_errors_in_processes
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis, with_errors
 from bayes_placement.criticism.missing._search import single_effects, with_channels
 from bayes_placement.inference.chi2 import LEVEL
@@ -222,7 +222,7 @@ def test_hypotheses_are_the_same_with_a_model_error_fitted_elsewhere():
     exact = [
         null_hypothesis(setup + effect, data) for effect in (MASS, bp.effects.point_mass(0.3, 0.2))
     ]
-    together = fitted_with_errors_at_once(exact, errors)
+    together = fitted_with_errors_in_processes(exact, errors)
     for each, alone in zip(together, (with_errors(each, errors) for each in exact), strict=True):
         assert each.has_errors and each.problem.sizes == pytest.approx(alone.problem.sizes)
         assert each.fit.log_evidence == pytest.approx(alone.fit.log_evidence, abs=1e-6)
@@ -238,22 +238,22 @@ def usual():
     gc.set_threshold(*before)
 
 
-@tidied_seldom()
+@rare_garbage_collection()
 def thresholds(depth=1):
     return [gc.get_threshold(), *(thresholds(depth - 1) if depth else [])]
 
 
 def test_it_is_seldom_while_it_runs_and_as_often_as_before_afterwards(usual):
-    assert thresholds() == [SELDOM, SELDOM]
+    assert thresholds() == [RARELY, RARELY]
     assert gc.get_threshold() == usual
-    with pytest.raises(KeyError), tidied_seldom():
+    with pytest.raises(KeyError), rare_garbage_collection():
         raise KeyError
     assert gc.get_threshold() == usual
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="another allocator")
 def test_memory_of_large_arrays_is_reused_while_it_runs():
-    with tidied_seldom():
+    with rare_garbage_collection():
         first, second = (faults_of_arrays(count) for count in (1, 10))
     assert second < max(first, 1000)
 

@@ -40,9 +40,9 @@ def begun(options: Common) -> Iterator["Output"]:
             from ._compilation_cache import use_compilation_cache
 
             use_compilation_cache()
-        from .._processes import begin_with_helpers, tidy_seldom
+        from .._processes import begin_with_helpers, collect_garbage_rarely
 
-        tidy_seldom()
+        collect_garbage_rarely()
         if options.searches:
             begin_with_helpers("bayes_placement.criticism.missing")
         from ._result_folder import result_folder

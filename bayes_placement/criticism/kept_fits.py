@@ -35,7 +35,7 @@ NO_RIVAL = Rival()
 NONE = np.zeros(0)
 """An array that there is, whatever it holds."""
 
-ANY_FIT = Fit(NONE, 0.0, 0.0, Laplace(NONE, np.zeros((0, 0)), False), 0.0, 0)
+FIT_LAYOUT = Fit(NONE, 0.0, 0.0, Laplace(NONE, np.zeros((0, 0)), False), 0.0, 0)
 """A fit whose structure alone matters."""
 
 Tree = TypeVar("Tree")
@@ -176,17 +176,20 @@ class SizedFit(NamedTuple):
 
 
 def kept_with_sizes(
-    problem: Problem, starts: ParameterPoints, softening: Sequence[float], rival: Rival = NO_RIVAL
+    problem: Problem,
+    starts: ParameterPoints,
+    decreasing_errors: Sequence[float],
+    rival: Rival = NO_RIVAL,
 ) -> Sized[Problem]:
     """Best fit with sizes of the model error, see `fitted_with_sizes`."""
 
     def fitted() -> SizedFit:
-        sized = fitted_with_sizes(problem, starts, softening, rival)
+        sized = fitted_with_sizes(problem, starts, decreasing_errors, rival)
         return SizedFit(sized.problem.sizes, sized.fit, sized.deviations, sized.as_rival)
 
     deviations = {size.name: 0.0 for size in problem.unknown_sizes}
-    like = SizedFit(dict.fromkeys(problem.sizes, 0.0), ANY_FIT, deviations, NO_RIVAL)
-    sized_fit = stored_or_computed(fitted, like, problem, starts, tuple(softening), rival)
+    like = SizedFit(dict.fromkeys(problem.sizes, 0.0), FIT_LAYOUT, deviations, NO_RIVAL)
+    sized_fit = stored_or_computed(fitted, like, problem, starts, tuple(decreasing_errors), rival)
     return Sized(
         problem.at_sizes(sized_fit.sizes), sized_fit.fit, sized_fit.deviations, sized_fit.as_rival
     )

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import jax
 
-from .._processes import tidy_seldom
+from .._processes import collect_garbage_rarely
 from .._types import PackageError
 from ..criticism.kept_fits import fits_kept_in
 from ..criticism.missing.as_given import fitted_as_given
@@ -109,7 +109,7 @@ def serve() -> None:
     sys.path[:] = content["path"]
     for name, value in content["settings"].items():
         jax.config.update(name, value)
-    tidy_seldom()
+    collect_garbage_rarely()
     waiting: queue.SimpleQueue[Any] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(waiting,), daemon=True).start()
     while True:

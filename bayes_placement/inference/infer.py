@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from .._compiled import compiled
-from .._processes import tidied_seldom
+from .._processes import rare_garbage_collection
 from .._sites import Role, substitute
 from .._types import InputError, Key, Progress, arguments_checked, check_kind, no_progress, warn
 from ..experiment.experiment import Experiment, Measurements
@@ -41,7 +41,7 @@ class InferenceWarning(UserWarning):
 
 
 @arguments_checked
-@tidied_seldom()
+@rare_garbage_collection()
 def infer(
     experiment: Experiment,
     measurement: Measurements,

@@ -17,7 +17,7 @@ from ...experiment.experiment import Experiment, Measurements
 from ...experiment.modal_parameters import ModalParameters
 from ...experiment.model_error import ModalErrors
 from ...experiment.resized import as_measured
-from ...inference.engines.empirical_bayes import SOFTENING, Rival
+from ...inference.engines.empirical_bayes import DECREASING_ERRORS, Rival
 from ...inference.residuals import Problem
 from ...inference.residuals_of_state import State
 from ..kept_fits import NO_RIVAL, kept_with_sizes
@@ -93,7 +93,7 @@ def compared_with_baseline(
     first, *runners_up = promising(candidates, VARIANTS_WITH_ERRORS)
     singles = [fitted(first)]
     # The misfit without any effect is reported, so that it is fitted further than a mere rival.
-    rival = rival_among(singles)._replace(tolerant=-np.inf, evidence=-np.inf)
+    rival = rival_among(singles)._replace(with_small_error=-np.inf, evidence=-np.inf)
     null = nothing_new(unchanged, rival)
     for candidate in _worth_fitting(Comparison([null], variants), runners_up, level):
         singles.append(fitted(candidate, rival_among([null, *singles])))
@@ -161,7 +161,7 @@ def _from_both(
         first.point_in(problem, second.point_in(problem))
         for first, second in ((partner, between), (between, partner))
     ]
-    sized = kept_with_sizes(problem, np.stack(starts), SOFTENING[-2:])
+    sized = kept_with_sizes(problem, np.stack(starts), DECREASING_ERRORS[-2:])
     return replace(null, effects=effects, **vars(sized))
 
 
@@ -187,7 +187,9 @@ def over_both(later: State, earlier: State, before: Hypothesis) -> Hypothesis:
 
 def nothing_new(unchanged: Hypothesis, rival: Rival = NO_RIVAL) -> Hypothesis:
     """The model fitted to both states, see `over_both`; given up far behind a rival."""
-    sized = kept_with_sizes(unchanged.problem, unchanged.fit.point[None], SOFTENING[-2:], rival)
+    sized = kept_with_sizes(
+        unchanged.problem, unchanged.fit.point[None], DECREASING_ERRORS[-2:], rival
+    )
     return replace(unchanged, **vars(sized))
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...inference.engines.levenberg_marquardt import Fit, best_fit, minimise, sobol_starts
 from ...inference.residuals import Problem
-from ..kept_fits import ANY_FIT, stored_or_computed
+from ..kept_fits import FIT_LAYOUT, stored_or_computed
 from ._screening_lines import at_lines_of_descents
 
 FOLLOWED, FINISHED, COPIES = 8, 3, 2
@@ -36,7 +36,7 @@ class Fitted(NamedTuple):
     near: np.ndarray
 
 
-ANY_FITTED = Fitted(ANY_FIT, np.zeros(0))
+FITTED_LAYOUT = Fitted(FIT_LAYOUT, np.zeros(0))
 """Its structure alone matters."""
 
 
@@ -47,7 +47,7 @@ def fit_alone(problem: Problem, seed: int = 0) -> Fitted:
         near = _near(problem, sobol_starts(problem.dimension, 16, seed))
         return Fitted(_followed(problem, near), near)
 
-    return stored_or_computed(fitted, ANY_FITTED, problem, seed)
+    return stored_or_computed(fitted, FITTED_LAYOUT, problem, seed)
 
 
 def fit_grown(problem: Problem, places: np.ndarray, further: np.ndarray) -> Fitted:
@@ -67,7 +67,7 @@ def fit_grown(problem: Problem, places: np.ndarray, further: np.ndarray) -> Fitt
         near = _near(problem, places)
         return Fitted(_followed(problem, np.concatenate([near, further])), near)
 
-    return stored_or_computed(fitted, ANY_FITTED, problem, places, further)
+    return stored_or_computed(fitted, FITTED_LAYOUT, problem, places, further)
 
 
 def _followed(problem: Problem, starts: np.ndarray) -> Fit:

@@ -14,7 +14,7 @@ from ...effects.library import kind_of
 from ...experiment.experiment import Experiment
 from ...experiment.model_error import ModalErrors
 from ...experiment.noise import Data
-from ...inference.engines.empirical_bayes import SOFTENING, Rival
+from ...inference.engines.empirical_bayes import DECREASING_ERRORS, Rival
 from ...inference.engines.least_squares import Jacobian
 from ...inference.engines.levenberg_marquardt import Fit
 from ...inference.residuals import Problem, point_in_problem
@@ -156,12 +156,12 @@ def fitted_with_errors(exact: Hypothesis, problem: Problem, rival: Rival) -> Hyp
     """Fit a hypothesis in its problem with model error, see `with_errors`."""
     starts = np.zeros((len(exact.near), problem.dimension))
     starts[:, : exact.problem.dimension] = exact.near  # errors are the last unknowns
-    sized = kept_with_sizes(problem, starts, softening(problem, SOFTENING), rival)
+    sized = kept_with_sizes(problem, starts, decreasing_errors(problem, DECREASING_ERRORS), rival)
     chi2 = exact.chi2_per_datum
     return replace(exact, **vars(sized), has_errors=True, chi2_when_exact=chi2)
 
 
-def softening(problem: Problem, relative_errors: Sequence[float]) -> Sequence[float]:
+def decreasing_errors(problem: Problem, relative_errors: Sequence[float]) -> Sequence[float]:
     """Relative errors that data have besides, at first; the last alone where modes are observed.
 
     A resonance that is off is flat in an FRF; a natural frequency is not, wherever it is.

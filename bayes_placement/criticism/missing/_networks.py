@@ -15,7 +15,7 @@ from ...effects.inserted import Inserted
 from ...effects.library import kind_of
 from ...effects.strut import Strut
 from ...inference.chi2 import LEVEL
-from ...inference.engines.empirical_bayes import SOFTENING
+from ...inference.engines.empirical_bayes import DECREASING_ERRORS
 from ...inference.engines.levenberg_marquardt import best_fit, minimise
 from ...inference.residuals import Problem, fields_of
 from ...laws import Spring
@@ -222,7 +222,7 @@ def _as_hypothesis(base: Hypothesis, law: NamedLaw) -> Hypothesis:
     start = _start(base, law, effect, problem)
     effects = (*base.effects, effect)
     if base.has_errors:
-        sized = kept_with_sizes(problem, start[None], SOFTENING[-1:])
+        sized = kept_with_sizes(problem, start[None], DECREASING_ERRORS[-1:])
         return Hypothesis(effects, has_errors=True, **vars(sized))
     ends, normal = minimise(problem.squares.objective(), start[None], steps=20, count=problem.count)
     return Hypothesis(effects, problem, best_fit(ends, normal, problem.count), near=start[None])

@@ -13,14 +13,14 @@ from ...effects.effect import Effect
 from ...effects.instrument_effect import InstrumentEffect
 from ...effects.library import kind_of
 from ...experiment.experiment import Experiment
-from ...inference.engines.empirical_bayes import SOFTENING, Rival
+from ...inference.engines.empirical_bayes import DECREASING_ERRORS, Rival
 from ...inference.residuals import Problem, fields_of
 from ..kept_fits import NO_RIVAL, is_stored, kept_with_sizes, key_of, stored_or_computed
 from ._at_channels import EffectAtData, at_all_lines, at_lines_of_scans, own_columns
 from ._candidates import numbered
 from ._compiled_ahead import compiled_ahead
 from ._descents import FOLLOWED, fit_grown
-from ._hypotheses import Hypothesis, linear_logarithmic, softening
+from ._hypotheses import Hypothesis, decreasing_errors, linear_logarithmic
 from ._scan import ANY_SCAN, LEAST, MOST, Scan, scan
 
 PLACES, PLACES_ACROSS, STRENGTHS, SETTINGS, MORE_SETTINGS = 21, 11, 5, 4, 6
@@ -199,7 +199,9 @@ def fitted(candidate: ScannedCandidate, rival: Rival = NO_RIVAL) -> Hypothesis:
         places = candidate.best_places(_followed(effect, problem))
         return Hypothesis(effects, problem, *fit_grown(problem, places, weak[None]))
     starts = np.concatenate([candidate.best_places(PLACES_WITH_ERRORS), weak[None]])
-    sized = kept_with_sizes(problem, starts, softening(problem, SOFTENING[-2:]), rival)
+    sized = kept_with_sizes(
+        problem, starts, decreasing_errors(problem, DECREASING_ERRORS[-2:]), rival
+    )
     return Hypothesis(effects, has_errors=True, **vars(sized))
 
 

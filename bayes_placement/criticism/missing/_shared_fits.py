@@ -16,7 +16,7 @@ from ...experiment.model_error import ModalErrors
 from ...experiment.noise import Data
 from ...inference.chi2 import LEVEL
 from ...inference.engines.empirical_bayes import Rival
-from ._fitted_with_errors import fitted_with_errors_at_once
+from ._fits_with_errors import fitted_with_errors_in_processes
 from ._hypotheses import NO_RIVAL, Hypothesis, null_hypothesis
 from ._networks import LawsBeside, with_networks
 from ._posterior_odds import Comparison, explains
@@ -77,7 +77,7 @@ class SharedFits:
         asked = dict.fromkeys(exact)  # the best hypothesis may be the one without effects
         unknown = [each for each in asked if self.known(each, NO_RIVAL) is None]
         for each, erroneous in zip(
-            unknown, fitted_with_errors_at_once(unknown, errors), strict=True
+            unknown, fitted_with_errors_in_processes(unknown, errors), strict=True
         ):
             self.keep(each, NO_RIVAL, erroneous)
         return [self._with_errors[each, NO_RIVAL] for each in exact]

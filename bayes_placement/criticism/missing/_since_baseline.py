@@ -12,9 +12,9 @@ import numpy as np
 
 from ...experiment.experiment import Experiment, Measurements
 from ...inference.residuals_of_state import State
-from ._answers import Answer, Question, answered, deepened, deeper
 from ._before_and_after import compared_with_baseline, fitted_baseline, refitted_effects, state_of
 from ._hypotheses import Hypothesis, null_hypothesis
+from ._model_error_choice import Answer, Question, answered, deepened, deeper
 from ._networks import priors_of_networks
 from ._posterior_odds import explains, passes
 from ._rows import row_with_sizes

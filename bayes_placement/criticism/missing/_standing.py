@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
-from ._answers import Answer
+from ._model_error_choice import Answer
 from ._posterior_odds import Comparison
 from ._unknown_noise import noise_needed
 from ._where_it_fails import where_it_fails

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from ..._processes import tidied_seldom
+from ..._processes import rare_garbage_collection
 from ..._types import Progress, arguments_checked, no_progress
 from ...effects.library import Library
 from ...experiment.data_checks.signal import check_signal
@@ -14,9 +14,9 @@ from ...inference.chi2 import LEVEL
 from ...inference.record import record
 from ..kept_fits import fits_kept_in
 from ._alternatives import alternatives
-from ._answers import Question, ticks
 from ._candidates import candidates_of, check_experiment
 from ._claims import claims
+from ._model_error_choice import Question, ticks
 from ._score_test import suspicion
 from ._since_baseline import answered_by_states
 from ._standing import standing
@@ -31,7 +31,7 @@ LEADING = 6
 
 
 @arguments_checked
-@tidied_seldom()
+@rare_garbage_collection()
 @threadpool_limits.wrap(limits=1)  # small products: BLAS threads would only wait for each other
 def explain(
     experiment: Experiment,

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, overload
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from ..._processes import tidied_seldom
+from ..._processes import rare_garbage_collection
 from ..._types import (
     InputError,
     Progress,
@@ -30,12 +30,12 @@ from ...inference.record import record
 from ...positions.names import printable_name
 from ..kept_fits import fits_kept_in
 from ._alternatives import alternatives
-from ._answers import Question, ticks
 from ._candidates import candidates_of, check_experiment
 from ._cautions import cautions
-from ._changes import FoundEffect, found_effects
+from ._change_between_states import FoundEffect, found_effects
 from ._claims import claims
 from ._hypotheses import Hypothesis
+from ._model_error_choice import Question, ticks
 from ._posterior_odds import Comparison
 from ._score_test import suspicion
 from ._since_baseline import answered_by_states
@@ -80,7 +80,7 @@ def improve(
 
 
 @arguments_checked
-@tidied_seldom()
+@rare_garbage_collection()
 @threadpool_limits.wrap(limits=1)  # small products: BLAS threads would only wait for each other
 def improve(
     experiment: Experiment,

@@ -2,7 +2,7 @@
 
 from threadpoolctl import threadpool_limits
 
-from ..._processes import tidied_seldom
+from ..._processes import rare_garbage_collection
 from ..._types import InputError, Progress, arguments_checked, no_progress
 from ...experiment.data_checks.signal import check_signal
 from ...experiment.experiment import Experiment, Measurements
@@ -14,15 +14,15 @@ from ..reach._named_laws import reached_ports
 from ..reach._of_modes import ports_of_effects, reached_modes
 from ..reach._ports import can_be_reached, ports_of
 from ..reach.reach import Reach, reach_of
-from ._answers import ticks
 from ._before_and_after import fitted_baseline, nothing_new, over_both, state_of
 from ._candidates import check_experiment
 from ._hypotheses import Hypothesis, null_hypothesis
+from ._model_error_choice import ticks
 from ._posterior_odds import passes
 
 
 @arguments_checked
-@tidied_seldom()
+@rare_garbage_collection()
 @threadpool_limits.wrap(limits=1)  # small products: BLAS threads would only wait for each other
 def reach(
     experiment: Experiment,

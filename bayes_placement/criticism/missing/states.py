@@ -9,7 +9,7 @@ import pandas as pd
 
 from ..._files import write_json
 from ...positions.reprs import notebook_html
-from ._changes import CHANGED, NEW, UNCHANGED, FoundEffect, change
+from ._change_between_states import CHANGED, NEW, UNCHANGED, FoundEffect, change
 from ._estimates import ParameterEstimate
 from ._narrow_text import narrow_by_column
 from ._verdict_in_words import alone_in_words

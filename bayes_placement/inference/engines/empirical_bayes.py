@@ -27,7 +27,7 @@ SETTLED = 1.0
 """Gain of log evidence below which the sizes are settled; where the model misses the data, in units
 of the mean square of its residuals, as deviations are too small there."""
 
-SOFTENING = (0.3, 0.1, 0.03, 0.01)
+DECREASING_ERRORS = (0.3, 0.1, 0.03, 0.01)
 """Relative errors that FRFs have besides, at first: a resonance that is off by more than its
 bandwidth leaves the plain residual flat."""
 
@@ -35,7 +35,7 @@ FAR_BEHIND = 0.1
 """Log evidence a datum behind a rival at which a fit is given up: a rule of the search, no bound.
 It is asked only once the sizes have followed the data; before, fits that end well lie farther."""
 
-TOLERANT = 0.1
+SMALL_ERROR = 0.1
 """Relative error of the FRFs, beside the model error, up to which a fit may be given up: one whose
 log evidence is less than that of a rival by more than 1 for each datum, since it does not follow
 what FRFs show to a tenth. Fits that end well are less behind."""
@@ -44,7 +44,7 @@ SHORT = 10.0
 """Log evidence by which a fit may fall short of a rival and still be kept: strong evidence
 twice, and prior odds of effects that have more or fewer variants."""
 
-SOFT_STEPS, FOLLOWED = 8, 2
+FIRST_STEPS, FOLLOWED = 8, 2
 """Steps with each of these, and descents that are followed to the next."""
 
 ALMOST = 0.1
@@ -97,10 +97,10 @@ class Hierarchy(Protocol):
 class Rival(NamedTuple):
     """Another fit, behind which a fit is given up."""
 
-    tolerant: float = -np.inf
-    """Its log evidence once FRFs have a relative error of no more than `TOLERANT` besides."""
+    with_small_error: float = -np.inf
+    """Its log evidence once FRFs have a relative error of no more than `SMALL_ERROR` besides."""
     early: float = -np.inf
-    """Its log evidence after the first steps without softening."""
+    """Its log evidence after the first steps without further errors."""
     evidence: float = -np.inf
     """Its log evidence in the end."""
 
@@ -122,7 +122,7 @@ class Sized(Generic[Kind]):
 def fitted_with_sizes(
     problem: Kind,
     starts: ParameterPoints,
-    softening: Sequence[float] = SOFTENING,
+    decreasing_errors: Sequence[float] = DECREASING_ERRORS,
     rival: Rival = Rival(),  # noqa: B008  it never changes
 ) -> Sized[Kind]:
     """Best fit from some starts, errors having the sizes of greatest evidence.
@@ -130,17 +130,17 @@ def fitted_with_sizes(
     FRFs have relative errors besides, one after the other, before they have none. A fit that is far
     behind its rival is given up.
     """
-    tolerant = -np.inf
-    for relative_error in softening:
-        ends, fit = _fit(problem, starts, relative_error, SOFT_STEPS)
-        is_soft = problem.weight(relative_error) is not None  # not where the noise is unknown
-        if is_soft and relative_error <= TOLERANT and tolerant == -np.inf:
-            tolerant = fit.log_evidence
-            if tolerant < rival.tolerant - problem.count:
+    with_small_error = -np.inf
+    for relative_error in decreasing_errors:
+        ends, fit = _fit(problem, starts, relative_error, FIRST_STEPS)
+        is_weighed = problem.weight(relative_error) is not None  # not where the noise is unknown
+        if is_weighed and relative_error <= SMALL_ERROR and with_small_error == -np.inf:
+            with_small_error = fit.log_evidence
+            if with_small_error < rival.with_small_error - problem.count:
                 return _sized(problem, _fit(problem, ends[:1], steps=0)[1])
         problem, (starts,) = _at_better_sizes(problem, fit, (ends[:FOLLOWED],))
     sized, early = _settled(problem, starts, rival)
-    return replace(sized, as_rival=Rival(tolerant, early, sized.fit.log_evidence))
+    return replace(sized, as_rival=Rival(with_small_error, early, sized.fit.log_evidence))
 
 
 def _settled(problem: Kind, starts: ParameterPoints, rival: Rival) -> tuple[Sized[Kind], float]:
@@ -149,7 +149,7 @@ def _settled(problem: Kind, starts: ParameterPoints, rival: Rival) -> tuple[Size
     Rounds mostly gain less and less: a rule of the search, no bound. Also returned is the evidence
     after the first steps.
     """
-    ends, fit = _fit(problem, starts, steps=SOFT_STEPS)
+    ends, fit = _fit(problem, starts, steps=FIRST_STEPS)
     early = fit.log_evidence
     if early < rival.early - FAR_BEHIND * problem.count:
         return _sized(problem, fit), early

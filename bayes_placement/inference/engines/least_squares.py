@@ -49,7 +49,7 @@ class Jacobian(NamedTuple):
     """Sum of the logs of the standard deviations [point]."""
     slopes: np.ndarray
     """Slopes of the residuals [point, unknown, datum]."""
-    widening: np.ndarray
+    scale_slopes: np.ndarray
     """Slopes of the sum of logs [point, unknown]."""
 
 
@@ -118,7 +118,9 @@ class LeastSquares:
         """The same, but for the slopes of residuals: along the groups of unknowns."""
         groups = self.column_groups
         along = self._differences(points, groups.directions(), logarithmic)
-        return along._replace(widening=along.widening[:, groups.group] * self._changed.noise)
+        return along._replace(
+            scale_slopes=along.scale_slopes[:, groups.group] * self._changed.noise
+        )
 
     def objective(
         self,
@@ -173,7 +175,8 @@ class LeastSquares:
         reached, widened = (values[1:] for values in self.residuals(probes))
         along = self._differences(point, sets.astype(float), False)
         return Changed(
-            np.isnan(reached) | (along.slopes[0] != 0), np.isnan(widened) | (along.widening[0] != 0)
+            np.isnan(reached) | (along.slopes[0] != 0),
+            np.isnan(widened) | (along.scale_slopes[0] != 0),
         )
 
     def _differences(
@@ -210,15 +213,17 @@ class SquaresAndPrior(NamedTuple):
 
     def normal_equations(self, points: ParameterPoints) -> NormalEquations:
         """Normal equations at points."""
-        residual, log_scale, slopes, widening = self.problem.along_groups(points, self.logarithmic)
+        residual, log_scale, slopes, scale_slopes = self.problem.along_groups(
+            points, self.logarithmic
+        )
         residual = self._weighted(residual)
         squares, pulls = self.problem.column_groups.products(self._weighted(slopes), residual)
         # Fisher's information: unknown noise counts twice, once in the slopes.
-        of_scale = widening[:, :, None] * widening[:, None, :] / self.problem.count
+        of_scale = scale_slopes[:, :, None] * scale_slopes[:, None, :] / self.problem.count
         prior = self.prior(points)
         return NormalEquations(
             self._cost(points, residual, log_scale),
-            pulls + widening + prior.gradient,
+            pulls + scale_slopes + prior.gradient,
             squares + of_scale + prior.curvature,
             np.einsum("bn,bn->b", residual, residual),
         )

@@ -180,7 +180,7 @@ def _fit_from(
     within = {name: problem.sizes[name] for name in sizes}
     start = problem.without_sizes(np.asarray(posterior.vector({**begin, **within}))[None])
     at_sizes = problem.at_sizes({name: float(size) for name, size in sizes.items()})
-    return fitted_with_sizes(at_sizes, start, softening=())
+    return fitted_with_sizes(at_sizes, start, decreasing_errors=())
 
 
 def _reaches_beyond(gaussian: Laplace, prior: ParameterPoints) -> bool:

@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from bayes_placement import effects
-from bayes_placement.criticism.missing._changes import FoundEffect
+from bayes_placement.criticism.missing._change_between_states import FoundEffect
 from bayes_placement.criticism.missing._estimates import ParameterEstimate
 from bayes_placement.criticism.missing._narrow_text import narrow
 from bayes_placement.criticism.missing.states import LedgerOfStates, courses_of

@@ -12,7 +12,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import effects
-from bayes_placement.criticism.missing import _answers, _fitted_with_errors, _shared_fits
+from bayes_placement.criticism.missing import _fits_with_errors, _model_error_choice, _shared_fits
 from bayes_placement.criticism.missing._hypotheses import fitted_with_errors, with_errors
 from bayes_placement.criticism.missing.explain import explain
 from bayes_placement.criticism.missing.improve import improve
@@ -46,7 +46,10 @@ def with_both(candidates):
         return fitted
 
     with pytest.MonkeyPatch.context() as patch:
-        for module, fit in ((_fitted_with_errors, with_errors), (_answers, fitted_with_errors)):
+        for module, fit in (
+            (_fits_with_errors, with_errors),
+            (_model_error_choice, fitted_with_errors),
+        ):
             patch.setattr(module, fit.__name__, counted(fit))
         return improve(experiment(), measured(MASS, GAIN, seed=2), candidates=candidates)
 

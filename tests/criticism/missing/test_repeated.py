@@ -10,10 +10,10 @@ import pytest
 from scipy.integrate import trapezoid
 
 from bayes_placement import effects, plots
-from bayes_placement.criticism.missing import _changes, _search
+from bayes_placement.criticism.missing import _change_between_states, _search
 from bayes_placement.criticism.missing._before_and_after import _next_best
 from bayes_placement.criticism.missing._candidates import numbered, renamed
-from bayes_placement.criticism.missing._changes import NEW, UNCHANGED, FoundEffect
+from bayes_placement.criticism.missing._change_between_states import NEW, UNCHANGED, FoundEffect
 from bayes_placement.criticism.missing._hypotheses import Hypothesis, null_hypothesis
 from bayes_placement.criticism.missing._repeated import (
     may_be_added,
@@ -306,10 +306,12 @@ def test_an_effect_is_compared_with_the_nearest_of_its_kind_alone(found, monkeyp
         for effect in sorted(swapped.effects, key=lambda e: e.name == earlier.effect.name)
     )
     asked = []
-    monkeypatch.setattr(_changes, "_log_odds", lambda *states: asked.append(states) or 0.0)
-    assert _changes.change(earlier, other) == NEW
+    monkeypatch.setattr(
+        _change_between_states, "_log_odds", lambda *states: asked.append(states) or 0.0
+    )
+    assert _change_between_states.change(earlier, other) == NEW
     assert not asked
-    assert _changes.change(earlier, same) == UNCHANGED
+    assert _change_between_states.change(earlier, same) == UNCHANGED
     (renamed_earlier, *_), *_ = asked
     assert renamed_earlier.effect.name == same.effect.name == "point_mass_2"
     assert places_of(renamed_earlier.hypothesis) == places_of(swapped)

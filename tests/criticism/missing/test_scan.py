@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.criticism.kept_fits import ANY_FIT
+from bayes_placement.criticism.kept_fits import FIT_LAYOUT
 from bayes_placement.criticism.missing import _scan, _scanned_candidates
 from bayes_placement.criticism.missing._at_channels import at_lines_of_scans
 from bayes_placement.criticism.missing._hypotheses import Hypothesis, linear_logarithmic
@@ -25,7 +25,7 @@ def without():
     """A model without a mass that is there, at the middle of its priors."""
     data = experiment().data(measured(bp.effects.point_mass(0.7, 0.1), seed=1))
     problem = Problem(experiment(), data)
-    return Hypothesis((), problem, ANY_FIT._replace(point=np.zeros(problem.dimension)))
+    return Hypothesis((), problem, FIT_LAYOUT._replace(point=np.zeros(problem.dimension)))
 
 
 def scanned(without, most=1000):

@@ -7,7 +7,12 @@ import numpy as np
 import pytest
 
 from bayes_placement import effects, improve
-from bayes_placement.criticism.missing._changes import CHANGED, NEW, UNCHANGED, FoundEffect
+from bayes_placement.criticism.missing._change_between_states import (
+    CHANGED,
+    NEW,
+    UNCHANGED,
+    FoundEffect,
+)
 from bayes_placement.criticism.missing.states import courses_of
 from bayes_placement.inference.residuals import Problem
 from bayes_placement.inference.residuals_of_state import State

@@ -50,17 +50,21 @@ def test_beside_itself_a_fit_is_not_given_up(problem, alone):
 
 
 def test_what_does_not_follow_the_data_to_a_tenth_is_given_up_at_once(problem, alone, fits):
-    far = alone.as_rival._replace(tolerant=alone.as_rival.tolerant + 1.01 * problem.count)
+    far = alone.as_rival._replace(
+        with_small_error=alone.as_rival.with_small_error + 1.01 * problem.count
+    )
     given_up = fitted(problem, far)
     assert fits == [0.3, 0.1, 0.0]
     assert given_up.fit.log_evidence < alone.fit.log_evidence
-    near = alone.as_rival._replace(tolerant=alone.as_rival.tolerant + 0.99 * problem.count)
+    near = alone.as_rival._replace(
+        with_small_error=alone.as_rival.with_small_error + 0.99 * problem.count
+    )
     assert fitted(problem, near).fit.log_evidence == alone.fit.log_evidence
 
 
 def test_what_begins_far_behind_is_given_up_before_its_sizes_are_sought(problem, alone, fits):
     given_up = fitted(problem, Rival(early=alone.as_rival.early + 0.11 * problem.count))
-    assert fits == [*empirical_bayes.SOFTENING, 0.0]
+    assert fits == [*empirical_bayes.DECREASING_ERRORS, 0.0]
     assert given_up.as_rival.early == alone.as_rival.early
 
 

@@ -9,7 +9,7 @@ from ._fitted_candidates import FittedFields, fitted_fields
 from ._hypotheses import Hypothesis, problem_with_errors, with_errors
 
 
-def fitted_with_errors_at_once(
+def fitted_with_errors_in_processes(
     exact: Sequence[Hypothesis], errors: ModalErrors
 ) -> list[Hypothesis]:
     """Fit hypotheses with a model error, none of which is given up; see `with_errors`."""

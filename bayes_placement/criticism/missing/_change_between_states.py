@@ -10,7 +10,7 @@ import numpy as np
 from ..._sites import Unknown
 from ...effects.effect import Effect
 from ...effects.library import kind_of
-from ...inference.engines.empirical_bayes import SOFTENING
+from ...inference.engines.empirical_bayes import DECREASING_ERRORS
 from ...inference.residuals import Problem
 from ...inference.residuals_of_state import State, name_in_state
 from ..kept_fits import kept_with_sizes
@@ -143,7 +143,7 @@ def _log_odds(earlier: FoundEffect, later: FoundEffect, names: Collection[str]) 
         for hypothesis in order:
             _put(starts[row], problem, hypothesis, hypothesis.problem.coordinates.places)
         _put(starts[row], problem, first, names, number=2)
-    sized = kept_with_sizes(problem, starts, SOFTENING[-2:])
+    sized = kept_with_sizes(problem, starts, DECREASING_ERRORS[-2:])
     return Comparison([], {}).log_odds(replace(last, effects=(), **vars(sized)))
 
 
