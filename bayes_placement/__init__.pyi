@@ -24,6 +24,7 @@ from .experiment import (
     observe,
 )
 from .experiment.identification.identify import identify
+from .experiment.variants import observing_modes
 from .explorer import explore
 from .inference import engines, marginals
 from .inference.infer import infer
@@ -65,6 +66,7 @@ __all__ = [
     "modes",
     "noise",
     "observe",
+    "observing_modes",
     "place",
     "plots",
     "positions",

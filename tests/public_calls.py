@@ -758,7 +758,7 @@ def calls_of_laws():
             bp.model_error.Modal,
             {
                 key: positive(0.01, "nothing")
-                for key in ("frequency", "damping", "shape", "gain", "unevenness", "runs")
+                for key in ("frequency", "damping", "shape", "gain", "stiffness_and_mass", "runs")
             }
             | {"modes": count(3, "nothing"), "pieces": count(4, "nothing")},
             lambda error: experiment(model_error=error),
@@ -1237,6 +1237,13 @@ def calls_of_verbs():
                 "measurement": thing(resonance(), path="measured.uff", flat=FLAT),
                 "shapes_at": of("word", "sensors"),
                 "number": of("things", [1], "nothing", "of others", none=[], two=[1, 2]),
+            },
+        ),
+        "observing_modes": Call(
+            bp.observing_modes,
+            {
+                "experiment": thing(known_sensor()),
+                "measured": thing(modal_parameters(), path="modes.npz"),
             },
         ),
         "check": Call(

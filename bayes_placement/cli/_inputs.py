@@ -10,7 +10,7 @@ from .._types import InputError, Progress, UsageError
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.modal_parameters import ModalParameters
 from ..experiment.model_error import Modal
-from ..experiment.resized import observing_modes
+from ..experiment.variants import observing_modes
 from ..inference import cross_check
 from ..inference.infer import InferenceWarning, infer
 from ..io import case, formats, modal_parameters, model

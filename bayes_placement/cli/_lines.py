@@ -8,7 +8,7 @@ from ..experiment._measurement_words import span_in_words
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.force_levels import at_levels
 from ..experiment.modal_parameters import ModalParameters
-from ..experiment.resized import with_lines_at
+from ..experiment.variants import with_lines_at
 
 MOST_VALUES = 50_000
 """Most values of FRFs that are taken where no number of lines is asked for."""

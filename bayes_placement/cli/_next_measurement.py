@@ -15,8 +15,8 @@ from ..design.maps import SIGNIFICANT
 from ..design.place import place, position_columns
 from ..design.planned import planned
 from ..experiment.experiment import Experiment, Measurements
-from ..experiment.resized import with_lines
 from ..experiment.transducers import Sensor
+from ..experiment.variants import with_lines
 from ..inference.alternative_explanation import Alternative
 from ..positions.bounds import position_text
 from ._positions_to_try import can_be_at, positions_on

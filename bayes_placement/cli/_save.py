@@ -42,8 +42,7 @@ from pathlib import Path
 import bayes_placement as bp
 """
 
-OF_MODES = "observing_modes(study.experiment, measurement)"
-IMPORT = "from bayes_placement.experiment.resized import observing_modes\n"
+OF_MODES = "bp.observing_modes(study.experiment, measurement)"
 
 OF_LIBRARY = """\
 candidates = bp.effects.library({original}, [{kind!r}]).effects
@@ -134,14 +133,13 @@ class CompletedModel(NamedTuple):
             f"bp.io.{reader}(HERE / {from_folder_of(self.path, self.data)!r})" if self.data else ""
         )
         of_standard = "import dataclasses\n" if "dataclasses" in body else ""
-        of_package = IMPORT if self._is_modal else ""
         return HEAD.format(
             model=self.model.name,
             effects=", ".join(effect.name for effect in added) or "none is claimed",
             reader="case" if self.model.is_dir() else "model",
             path=from_folder_of(self.path, self.model),
             measurement=data or "study.measurement",
-            imports=of_standard + IMPORTS + of_package + imports_of(body),
+            imports=of_standard + IMPORTS + imports_of(body),
             original=original,
             model_error=(".with_model_error(bp.model_error.Modal())" if self.model_error else ""),
         )

@@ -20,7 +20,7 @@ from ..design.planned import planned
 from ..design.running.executors import workers
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.modal_parameters import ModalParameters
-from ..experiment.resized import with_lines, with_more_sensors, with_only
+from ..experiment.variants import with_lines, with_more_sensors, with_only
 from ..io._gate import files_read
 from ..io.model import Study
 from ..plots import placement as plots

@@ -8,7 +8,7 @@ from .._types import InputError
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.identification.identify import identified
 from ..experiment.measurement import Measurement
-from ..experiment.resized import observing_modes
+from ..experiment.variants import observing_modes
 from .fitted_modes import fitted_modes
 
 

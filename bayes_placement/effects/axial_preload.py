@@ -10,7 +10,7 @@ from numpyro.distributions import Distribution
 from .._compiled import compiled
 from ..modes.beams.beams import UniformBeam
 from ..modes.changed import ChangedModes, changed, over_changed_modes
-from ..modes.underlying import required_beam
+from ..modes.original_modes import required_beam
 from .prelude import GlobalChange, Modes, Parameter, Scales, field, log_uniform_of_either_sign, unit
 
 LEAST, COMPRESSION, TENSION = 1e-4, 0.8, 10.0

@@ -3,7 +3,7 @@
 from .._sites import unit
 from ..modes.beams.uniform_line import UniformLine
 from ..modes.hinges import Hinge
-from ..modes.underlying import required_line, underlying_line
+from ..modes.original_modes import original_line, required_line
 from .prelude import Hinged, InputError, Instruments, LogUniform, Modes, Parameter, Scales, field
 
 _HELD = {"fixed": ("rotation", "translation"), "pinned": ("translation",), "guided": ("rotation",)}
@@ -56,7 +56,7 @@ class CompliantSupport(Hinged):
 
     def hinges(self, modes: Modes) -> list[Hinge]:
         """One hinge between the structure and its support."""
-        line = underlying_line(modes)
+        line = original_line(modes)
         at = 0.0 if self.end == "left" else line.length
         order = line.half_order + (line.half_order == 2 and self.motion == "translation")
         return [Hinge(at, order, self.compliance)]

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import jax.numpy as jnp
 
 from .._ranges import NOT_NEGATIVE, POSITIVE, SIGNED_LOSS_FACTOR
+from ..modes.original_modes import original_line, required_line
 from ..modes.ports import cuts_over, over
-from ..modes.underlying import required_line, underlying_line
 from .effect import AtPlace, Omega, OnPorts, Stiffness, placed
 from .prelude import LogUniform, Modes, Parameter, PortLaw, Scales, coordinates, field, unit
 
@@ -53,7 +53,7 @@ class DampingLayer(AtPlace, OnPorts):
         """Cuts all over the segment, with the compliance that is gone."""
         segment = over(coordinates(self.at), self.extent, None, modes)
         added = self.loss_factor * (self.stiffening + 1j * jnp.sign(jnp.real(omega)))
-        compliance = segment.length / underlying_line(modes).stiffness
+        compliance = segment.length / original_line(modes).stiffness
         return [PortLaw(cuts_over(segment, modes), compliance * added * modulus, modulus + added)]
 
     @classmethod

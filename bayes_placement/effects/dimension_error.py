@@ -9,8 +9,8 @@ from .._ranges import SIZE
 from ..modes.beams.beams import UniformBar, UniformBeam
 from ..modes.beams.uniform_line import UniformLine
 from ..modes.finite_elements.nodal_modes import NodalModes
+from .log_uniform_priors import log_uniform_of_either_sign
 from .prelude import GlobalChange, InputError, Instruments, Modes, Parameter, Scales, field, unit
-from .signed import log_uniform_of_either_sign
 
 LEAST, GREATEST = 1e-4, 0.15
 """Relative errors [1]: the least that matters, and the greatest of a default prior."""

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 from .._sites import TURNS
+from ..modes.original_modes import required_line
 from ..modes.ports import MOTIONS, cut
-from ..modes.underlying import required_line
 from .attached import GivenLaw, check_motion
 from .effect import AtPlace, Omega, OnPorts, Stiffness, placed
 from .prelude import Law, Modes, Parameter, PortLaw, coordinates, field, unit

@@ -9,7 +9,7 @@ from .._ranges import POSITIVE, SHARE_LOST
 from .._types import InputError, Parameter
 from ..modes.beams.uniform_line import UniformLine
 from ..modes.hinges import Hinge
-from ..modes.underlying import required_line, underlying_line
+from ..modes.original_modes import original_line, required_line
 from .effect import AtPlace, Hinged, placed
 from .prelude import LogUniform, Modes, Scales, Uniform, field, negative_log_uniform, unit
 
@@ -65,7 +65,7 @@ class LocalStiffnessLoss(AtPlace, Hinged):
 
     def hinges(self, modes: Modes) -> list[Hinge]:
         """Two hinges, each with half of the flexibility."""
-        line = underlying_line(modes)
+        line = original_line(modes)
         compliance = self.extent * self.loss / (1 - self.loss) / line.stiffness / 2
         offset = self.extent / (2 * math.sqrt(3))
         places = [jnp.clip(self.at + side * offset, 0.0, line.length) for side in (-1, 1)]

@@ -10,7 +10,7 @@ import numpy as np
 from .._types import InputError
 from ..modes.finite_elements.nodal_modes import NodalModes
 from ..modes.modes import Modes
-from ..modes.underlying import underlying_nodal_modes
+from ..modes.original_modes import original_nodal_modes
 from .effect import Hinged, Location
 from .instruments import Instruments
 
@@ -30,7 +30,7 @@ class OnPart(Hinged):
 
     def on(self, modes: Modes) -> "OnPart":
         """Return the effect with its part by number; an array is one that was found by name."""
-        given, names = getattr(self, self.part), self.names(underlying_nodal_modes(modes))
+        given, names = getattr(self, self.part), self.names(original_nodal_modes(modes))
         if isinstance(given, str | int) and given not in (*names, *range(len(names))):
             raise InputError(
                 f'Effect "{self.name}": {self.part}={given!r} was given, but the model has '
@@ -44,7 +44,7 @@ class OnPart(Hinged):
 
     def location(self, modes: Modes, instruments: Instruments) -> Location | None:
         """Centre of the part [m]; None where it is not known."""
-        return dict(underlying_nodal_modes(modes).centres).get(self._name(modes))
+        return dict(original_nodal_modes(modes).centres).get(self._name(modes))
 
     def setting(self, modes: Modes, instruments: Instruments) -> str:
         """Name of the part."""
@@ -52,5 +52,5 @@ class OnPart(Hinged):
 
     def _name(self, modes: Modes) -> str:
         given = getattr(self, self.part)
-        names = self.names(underlying_nodal_modes(modes))
+        names = self.names(original_nodal_modes(modes))
         return given if isinstance(given, str) else names[int(given)]

@@ -47,7 +47,7 @@ from .effect import (
 )
 from .instrument_effect import Factor, InstrumentEffect
 from .instruments import Instruments, Number
+from .log_uniform_priors import log_uniform_of_either_sign, negative_log_uniform
 from .on_rotation import Footprint, OnRotation, bending_scale, check_rotation
 from .on_transducer import OfSide, OnTransducer, channels, sides_that_differ
 from .scales import Scales
-from .signed import log_uniform_of_either_sign, negative_log_uniform

@@ -9,7 +9,7 @@ from jaxtyping import Array, Int
 from ..modes.finite_elements.nodal_modes import NodalModes
 from ..modes.finite_elements.soft_supports import ANY_UNIT
 from ..modes.flexible_parts import SoftenedSupport
-from ..modes.underlying import underlying_nodal_modes
+from ..modes.original_modes import original_nodal_modes
 from .on_part import OnPart
 from .prelude import LogUniform, Modes, Parameter, Scales, field, unit
 
@@ -62,7 +62,7 @@ class SoftSupport(OnPart):
     def on(self, modes: Modes) -> "SoftSupport":
         """Return the effect with its support by number and the unit of its compliance."""
         found: Any = OnPart.on(self, modes)
-        units = underlying_nodal_modes(modes).static_shapes.compliance_units
+        units = original_nodal_modes(modes).static_shapes.compliance_units
         if not units or not isinstance(found.support, int | np.ndarray):
             return found  # a program is compiled for all supports
         return dataclasses.replace(found, compliance_unit=units[int(found.support)])

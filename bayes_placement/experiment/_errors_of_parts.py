@@ -19,7 +19,7 @@ OF_WHAT = {
     "damping": "damping",
     "shape": "mode shapes",
     "gain": "sensitivities",
-    "unevenness": "stiffness and mass along the structure",
+    "stiffness_and_mass": "stiffness and mass along the structure",
     "runs": "natural frequencies from run to run",
 }
 """What errors of each kind are of."""

@@ -71,12 +71,12 @@ class Modal:
     shape * rms * e'', rms being the root mean square of a mass-normalised shape, and a channel
     records 1 + gain * e''' times the motion. All e are standard normal and independent.
 
-    Stiffness and mass vary along a structure: each piece of a uniform bar or beam has the stiffness
-    of the model times exp(unevenness * e), and its mass likewise. Of a finite element model, each
-    region has such a stiffness, and each of 36 cells of neighbouring nodes such a mass. This moves
-    natural frequencies and shapes together, as errors of single modes do not. Both have one size,
-    since a wave hardly tells a stiffer piece from one that is lighter and as much longer. Of a
-    model without regions no piece is known.
+    Stiffness and mass vary along a structure: each piece of a uniform bar or beam has the
+    stiffness of the model times exp(stiffness_and_mass * e), and its mass likewise. Of a finite
+    element model, each region has such a stiffness, and each of 36 cells of neighbouring nodes
+    such a mass. This moves natural frequencies and shapes together, as errors of single modes do
+    not. Both have one size, since a wave hardly tells a stiffer piece from one that is lighter
+    and as much longer. Of a model without regions no piece is known.
 
     In a roved test a structure is not the same in all runs: it is warmer, or its joints slip more
     where a hit is harder. In the run of each actuator natural frequencies are those of the
@@ -93,7 +93,7 @@ class Modal:
         Standard deviation of shapes over their root mean square [1].
     gain
         Relative standard deviation of the sensitivity of channels [1].
-    unevenness
+    stiffness_and_mass
         Standard deviation of the logarithms of the stiffness and of the mass of pieces [1].
     runs
         Standard deviation of the logarithm of natural frequencies from run to run [1].
@@ -120,7 +120,7 @@ class Modal:
     damping: Size = field(default_factory=lambda: LogUniform(1e-3, 1.0))
     shape: Size = field(default_factory=lambda: LogUniform(1e-4, 0.3))
     gain: Size = field(default_factory=lambda: LogUniform(1e-4, 0.1))
-    unevenness: Size = field(default_factory=lambda: LogUniform(1e-4, 0.3))
+    stiffness_and_mass: Size = field(default_factory=lambda: LogUniform(1e-4, 0.3))
     runs: Size = None
     modes: int | None = None
     pieces: int | None = None
@@ -152,7 +152,7 @@ class Modal:
             damping=_of_modes(self.damping, damped),
             shape=_of_channels(self.shape, scales.instruments, count),
             gain=_of_channels(self.gain, scales.instruments),
-            unevenness=self._of_pieces(structure.modes.solved(), rigid, count),
+            stiffness_and_mass=self._of_pieces(structure.modes.solved(), rigid, count),
             runs=_of_runs(self.runs, scales.instruments, count),
             ports=OrderedDict(),
             rms_shape=1 / math.sqrt(scales.mass),
@@ -162,14 +162,14 @@ class Modal:
 
     def _of_pieces(self, modes: Modes, rigid: int, count: int) -> ErrorsOfPieces | None:
         """Errors of pieces, over the modes with errors and those that these mix with."""
-        if self.unevenness is None:
+        if self.stiffness_and_mass is None:
             return None
         pieces = self.pieces or min(PIECES_A_MODE * count, MOST_PIECES)
         shares = piece_shares(modes, pieces, rigid + max(2 * count, LEAST_MIXED))
         if shares is None:
             return None
         standard = (_standard_normal(len(share)) for share in shares)
-        return ErrorsOfPieces(self.unevenness, StandardOfPieces(*standard), shares)
+        return ErrorsOfPieces(self.stiffness_and_mass, StandardOfPieces(*standard), shares)
 
 
 @with_short_repr
@@ -178,7 +178,7 @@ class ModalErrors(eqx.Module):
 
     Parameters
     ----------
-    frequency, damping, shape, gain, unevenness, runs
+    frequency, damping, shape, gain, stiffness_and_mass, runs
         Errors of each, None where there are none.
     ports
         Errors of the shapes over their size where something is attached to the structure, by the
@@ -201,7 +201,7 @@ class ModalErrors(eqx.Module):
     damping: ErrorsOfModes | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
     shape: ErrorsOfChannels | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
     gain: ErrorsOfChannels | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
-    unevenness: ErrorsOfPieces | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
+    stiffness_and_mass: ErrorsOfPieces | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
     runs: ErrorsOfRuns | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
     ports: OrderedDict[str, Parameter] = eqx.field(metadata=owners(Role.MODEL_ERROR))
     rms_shape: float
@@ -217,7 +217,7 @@ class ModalErrors(eqx.Module):
         frequency, damping = (
             jnp.concatenate([jnp.ones(self.rigid_body_modes), factor]) for factor in factors
         )
-        pieces = None if self.unevenness is None else self.unevenness.excess()
+        pieces = None if self.stiffness_and_mass is None else self.stiffness_and_mass.excess()
         return ModeError(frequency, damping, self._port_errors(), pieces)
 
     def run_factors(

@@ -35,7 +35,7 @@ class Action(abc.ABC):
     word: ClassVar[str]
 
     @abc.abstractmethod
-    def applied(self, model: ValuedModel) -> ValuedModel:
+    def applied_to(self, model: ValuedModel) -> ValuedModel:
         """Return the model to which it leads."""
 
     @abc.abstractmethod
@@ -59,7 +59,7 @@ class Moved(Action):
     values: Mapping[str, float]
     """These values by name."""
 
-    def applied(self, model: ValuedModel) -> ValuedModel:
+    def applied_to(self, model: ValuedModel) -> ValuedModel:
         """Return the model with these values."""
         return model._replace(values={**model.values, **self.values})
 
@@ -83,7 +83,7 @@ class Added(Action):
     values: Mapping[str, float]
     """Values of its unknowns to begin with."""
 
-    def applied(self, model: ValuedModel) -> ValuedModel:
+    def applied_to(self, model: ValuedModel) -> ValuedModel:
         """Return the model with the effect."""
         experiment = with_stated(model.experiment, [self.effect])
         # An attachment may bring further errors of the model, which begin as drawn.
@@ -111,7 +111,7 @@ class Removed(Action):
     name: str
     """Its name."""
 
-    def applied(self, model: ValuedModel) -> ValuedModel:
+    def applied_to(self, model: ValuedModel) -> ValuedModel:
         """Return the model without it."""
         experiment = model.experiment.without(self.name)
         known = as_drawn(experiment)
@@ -132,7 +132,7 @@ class Drawn(Action):
 
     word = "reset"
 
-    def applied(self, model: ValuedModel) -> ValuedModel:
+    def applied_to(self, model: ValuedModel) -> ValuedModel:
         """Return the model at the means of its priors."""
         return model._replace(values=as_drawn(model.experiment))
 
@@ -153,7 +153,7 @@ class Refitted(Action):
     values: Mapping[str, float]
     """Values of the fit."""
 
-    def applied(self, model: ValuedModel) -> ValuedModel:
+    def applied_to(self, model: ValuedModel) -> ValuedModel:
         """Return the model with the values of the fit."""
         return model._replace(values={**model.values, **self.values})
 
@@ -182,7 +182,7 @@ class Improved(Action):
     values: Mapping[str, float]
     """Values of all unknowns."""
 
-    def applied(self, model: ValuedModel) -> ValuedModel:
+    def applied_to(self, model: ValuedModel) -> ValuedModel:
         """Return the model with the effects that were found."""
         experiment = model.experiment
         if self.with_model_error:

@@ -69,7 +69,7 @@ class Session:
     def do(self, action: Action) -> SessionState:
         """Change the model at hand; the state before stays."""
         before = self.model
-        state = SessionState(action.applied(before), action.title(before), action, self.current)
+        state = SessionState(action.applied_to(before), action.title(before), action, self.current)
         self.states.append(state)
         self.current, self._undone = len(self.states) - 1, []
         return state

@@ -17,8 +17,8 @@ from jaxtyping import Array, Float
 from numpyro.distributions import ImproperUniform, constraints
 
 from .._sites import substitute
-from ..experiment.applied import applied
 from ..experiment.experiment import Experiment
+from ..experiment.with_effects_applied import with_effects_applied
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,9 @@ def batch(experiment: Experiment, values: Float[Array, "point number"]) -> Batch
 
     def at(row: Float[Array, "number"]) -> Batch:
         parts = zip(unknowns, jnp.split(row, ends)[:-1], shapes, strict=True)
-        known = applied(experiment.fix({of.name: part.reshape(to) for of, part, to in parts}))
+        known = with_effects_applied(
+            experiment.fix({of.name: part.reshape(to) for of, part, to in parts})
+        )
         leaves, structure = jax.tree.flatten(known)
         of_leaves = tuple(sources.get(id(leaf)) for leaf in leaves)
         pairs = zip(leaves, of_leaves, strict=True)

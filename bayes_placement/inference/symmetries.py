@@ -94,7 +94,7 @@ def _mirror(experiment: Experiment, positions: Sequence[str]) -> _Mirror:
     return _Mirror(
         tuple(positions),
         tuple(shape_errors),
-        tuple(unknown.name for unknown in _errors(experiment, "unevenness")),
+        tuple(unknown.name for unknown in _errors(experiment, "stiffness_and_mass")),
         low,
         high,
         parity,

@@ -15,7 +15,7 @@ from .finite_elements.nodal_modes import NodalModes
 from .finite_elements.static_shapes import StaticShapes
 from .interface_compliance import CompliantModes, Interface, ResidualShapes, compliant_modes
 from .modes import AxisShapes, Coordinates, Modes
-from .underlying import underlying_nodal_modes
+from .original_modes import original_nodal_modes
 
 Compliances = Float[Array, "pattern pattern"]
 
@@ -137,7 +137,7 @@ def with_flexible_parts(modes: Modes, parts: Sequence[FlexiblePart]) -> Modes:
 
     Where static shapes are not known, in the span of the kept modes, by the procedure of Ritz.
     """
-    nodal = underlying_nodal_modes(modes)
+    nodal = original_nodal_modes(modes)
     if modes is nodal and all(part.has_static_shapes(nodal.static_shapes) for part in parts):
         return _compliant(nodal, parts)
     added = [over_changed_modes(modes, part.stiffness(nodal)) for part in parts]

@@ -15,7 +15,7 @@ from .beams.uniform_line import UniformLine
 from .flexible_parts import FlexiblePart, with_flexible_parts
 from .interface_compliance import CompliantModes, Interface, ResidualShapes, compliant_modes
 from .modes import AxisShapes, Coordinates, Modes
-from .underlying import underlying_line
+from .original_modes import original_line
 
 _ROUNDING = 1e-12  # of the mass of the structure, added where modes span a shape entirely
 
@@ -62,7 +62,7 @@ def with_compliance(modes: Modes, compliances: Sequence[Hinge | FlexiblePart]) -
 
 
 def _with_hinges(modes: Modes, hinges: list[Hinge]) -> CompliantModes:
-    line, rigid = underlying_line(modes), modes.rigid_body_modes
+    line, rigid = original_line(modes), modes.rigid_body_modes
     cuts = _cuts.cut(line, [hinge.at for hinge in hinges], [hinge.order for hinge in hinges])
     participation = _cuts.participation(modes, line, cuts)
     of_line = participation if line is modes else _cuts.participation(line, line, cuts)

@@ -15,8 +15,8 @@ from ..positions.bounds import in_space
 from . import _cuts
 from .beams.uniform_line import UniformLine
 from .modes import Modes
+from .original_modes import original_line
 from .points import Points, along
-from .underlying import underlying_line
 
 Coordinates = Float[Array, "*coordinate"]
 
@@ -74,7 +74,7 @@ def rotation(place: Coordinates, footprint: Any, direction: Any, modes: Modes) -
     """
     if in_space(modes.bounds()):
         return _rotation_of_footprint(place, footprint, direction, modes)
-    if underlying_line(modes).half_order == 1:
+    if original_line(modes).half_order == 1:
         raise InputError(
             "A rotation of a bar was given, but a bar moves along its axis only and has none. "
             'Use beams.beam, or a motion that it has: motion="displacement".'
@@ -164,7 +164,7 @@ def cut(place: Coordinates, motion: str, modes: Modes) -> Points:
     Its two sides move against each other: by a `rotation` under the bending moment [N m] of a beam,
     by a `displacement` under the axial force [N] of a bar or the shear force [N] of a beam.
     """
-    line = underlying_line(modes)
+    line = original_line(modes)
     order = line.half_order + (line.half_order == 2 and motion == "displacement")
     sign = (-1) ** (order - line.half_order)
     stiffness = jnp.broadcast_to(sign * jnp.asarray(line.stiffness, float), (1, 1))
@@ -174,7 +174,7 @@ def cut(place: Coordinates, motion: str, modes: Modes) -> Points:
 
 def cuts_over(extent: Extent, modes: Modes) -> Points:
     """Return the bending moment or axial force all over an extent, for the modulus as drawn."""
-    line, points = underlying_line(modes), extent.points
+    line, points = original_line(modes), extent.points
     places = len(points.position)
     stiffness = jnp.broadcast_to(jnp.asarray(line.stiffness, float), (places, 1))
     orders = (line.half_order,) * places

@@ -12,7 +12,7 @@ from .beams.uniform_line import UniformLine
 from .changed import ChangedModes, DerivedModes, changed
 from .finite_elements.nodal_modes import NodalModes, nodal_of
 from .modes import Modes, frequencies_of
-from .underlying import beneath
+from .original_modes import original
 
 AtPoints = Float[Array, "point mode"]
 Energies = Float[Array, "mode mode"]
@@ -48,7 +48,7 @@ def piece_shares(modes: Modes, pieces: int, count: int) -> PieceShares | None:
     element model are its regions, as many as it has; those of its mass are its cells. The modes
     that they mix are the lowest, rigid-body modes among them.
     """
-    base = beneath(modes)
+    base = original(modes)
     nodal = nodal_of(base)
     if isinstance(base, UniformLine):
         shares = _of_line(base, pieces)
@@ -61,7 +61,7 @@ def piece_shares(modes: Modes, pieces: int, count: int) -> PieceShares | None:
 
 def with_uneven_pieces(modes: Modes, excess: Excess) -> ChangedModes:
     """Modes once stiffness and mass differ, in the span of as many of them as there are shares."""
-    natural = beneath(modes).angular_frequency()[: len(excess.mass)]
+    natural = original(modes).angular_frequency()[: len(excess.mass)]
     stiffness = natural[:, None] * excess.stiffness * natural
     return changed(modes, _over(modes, stiffness), _over(modes, excess.mass))
 

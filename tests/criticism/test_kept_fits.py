@@ -18,7 +18,7 @@ from bayes_placement.criticism.missing.improve import improve
 from bayes_placement.experiment.model_error import Modal
 from tests.criticism.small import MASS, experiment, measured
 
-ERRORS = Modal(shape=None, unevenness=None, modes=3)
+ERRORS = Modal(shape=None, stiffness_and_mass=None, modes=3)
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,10 @@ import bayes_placement as bp
 from bayes_placement import effects
 from bayes_placement._compiled import compiled
 from bayes_placement._ranges import reach
-from bayes_placement.effects.signed import log_uniform_of_either_sign, negative_log_uniform
+from bayes_placement.effects.log_uniform_priors import (
+    log_uniform_of_either_sign,
+    negative_log_uniform,
+)
 from bayes_placement.inference.coordinates import Coordinates
 from tests.criticism import small
 from tests.effects import models_in_space

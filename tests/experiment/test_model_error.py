@@ -12,7 +12,7 @@ from numpyro.infer.util import log_density
 import bayes_placement as bp
 from bayes_placement._compiled import compiled
 from bayes_placement._sites import Role
-from bayes_placement.experiment.resized import with_more_sensors
+from bayes_placement.experiment.variants import with_more_sensors
 from tests.criticism.small import LINES, TRUTH, experiment, measured
 from tests.simulator.fine_elements import Line
 from tests.simulator.hidden_structures import Instrument, accelerance
@@ -27,7 +27,7 @@ SIZES = {
 
 @pytest.fixture(scope="module")
 def erroneous():
-    modal = bp.model_error.Modal(unevenness=None)
+    modal = bp.model_error.Modal(stiffness_and_mass=None)
     return experiment().fix(TRUTH).with_model_error(modal).fix(SIZES)
 
 
@@ -119,14 +119,14 @@ def test_pieces_show_what_differs_along_the_highest_mode():
     )
     errors = setup.with_model_error(bp.model_error.Modal()).model_error
     highest = errors.modes - 1
-    shares = errors.unevenness.shares.stiffness[:, highest, highest]
+    shares = errors.stiffness_and_mass.shares.stiffness[:, highest, highest]
     assert np.sum(shares) == pytest.approx(1.0) and np.ptp(shares) > 0.5 * np.mean(shares)
 
 
 def test_every_leaf_is_an_unknown_of_the_model_with_its_density():
     with_errors = experiment().with_model_error(bp.model_error.Modal())
     rows = [unknown for unknown in with_errors.unknowns if unknown.role is Role.MODEL_ERROR]
-    kinds = {"frequency", "damping", "shape", "gain", "unevenness"}
+    kinds = {"frequency", "damping", "shape", "gain", "stiffness_and_mass"}
     assert {unknown.owner.kind for unknown in rows} == kinds
     table = str(with_errors)
     assert all(f"model_error.{kind}.size" in table for kind in kinds)
@@ -152,7 +152,7 @@ def test_every_leaf_is_an_unknown_of_the_model_with_its_density():
 
 
 def test_a_size_of_none_leaves_no_unknowns():
-    absent = dict.fromkeys(("damping", "shape", "gain", "unevenness"))
+    absent = dict.fromkeys(("damping", "shape", "gain", "stiffness_and_mass"))
     only = bp.model_error.Modal(**absent)
     with_errors = experiment().with_model_error(only)
     kinds = {u.owner.kind for u in with_errors.unknowns if u.role is Role.MODEL_ERROR}
@@ -180,10 +180,12 @@ def test_uneven_stiffness_is_that_of_finite_elements():
         frequency=LINES,
         observe=bp.observe.Complex("acceleration"),
         noise=None,
-        model_error=bp.model_error.Modal(**others, unevenness=size, pieces=count),
+        model_error=bp.model_error.Modal(**others, stiffness_and_mass=size, pieces=count),
     )
     of_pieces = {"stiffness": standard, "mass": np.zeros(count)}
-    uneven = even.fix({f"model_error.unevenness.standard.{k}": v for k, v in of_pieces.items()})
+    uneven = even.fix(
+        {f"model_error.stiffness_and_mass.standard.{k}": v for k, v in of_pieces.items()}
+    )
     bar = Line("bar", "fixed-fixed", 1.0, 1e-3, 1.02e9, 9000.0, 0.035)
     places = {
         item.name: float(item.position) for item in [*even.sensor.values(), *even.actuator.values()]
@@ -241,7 +243,7 @@ def frf_between(erroneous, values, port):
         observe=concrete.observe,
         noise=None,
         model_error=bp.model_error.Modal(
-            **{n.split(".")[1]: v for n, v in SIZES.items()}, unevenness=None
+            **{n.split(".")[1]: v for n, v in SIZES.items()}, stiffness_and_mass=None
         ),
     )
     side = "model_error.shape.standard"
@@ -264,7 +266,7 @@ def test_in_the_run_of_each_actuator_the_modes_have_frequencies_of_their_own():
         observe=bp.observe.Complex("acceleration"),
         noise=None,
         model_error=bp.model_error.Modal(
-            frequency=0.01, damping=None, shape=0.05, gain=None, unevenness=None, runs=0.003
+            frequency=0.01, damping=None, shape=0.05, gain=None, stiffness_and_mass=None, runs=0.003
         ),
     )
     random = np.random.default_rng(5)

@@ -189,7 +189,7 @@ def test_sliders_have_the_ranges_of_the_priors():
     ratio = shown[RATIO]
     assert (ratio.low, ratio.high, ratio.is_logarithmic) == (0.02, 0.06, False)
     assert set(ratio.density) == {1.0}
-    experiment = added(EXPERIMENT, "point_mass").applied(Session(EXPERIMENT, MEASUREMENT).model)
+    experiment = added(EXPERIMENT, "point_mass").applied_to(Session(EXPERIMENT, MEASUREMENT).model)
     mass = {s.name: s for s in sliders(experiment.experiment)}["structure.effects.point_mass.mass"]
     assert mass.is_logarithmic and mass.unit == "g"
     # Of a prior that is flat in the logarithm the density along it is flat as well.

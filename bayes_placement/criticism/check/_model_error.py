@@ -14,7 +14,7 @@ COUNTED = {
     "frequency": "mode",
     "damping": "mode",
     "shape": "mode",
-    "unevenness": "piece",
+    "stiffness_and_mass": "piece",
     "runs": "mode",
 }
 """What is counted along the last dimension of errors of a kind."""

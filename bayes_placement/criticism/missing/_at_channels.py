@@ -15,8 +15,8 @@ import numpy as np
 from ...effects.effect import Effect
 from ...effects.instrument_effect import Alone, InstrumentEffect
 from ...experiment.experiment import Experiment
-from ...experiment.resized import channel_numbers, with_only
 from ...experiment.transducers import Transducer
+from ...experiment.variants import channel_numbers, with_only
 from ...inference.residuals import Problem, fields_of
 from ._hypotheses import Hypothesis
 from ._linear import ALL, Some

@@ -16,7 +16,7 @@ from ...effects.library import Library, kind_of
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.modal_parameters import ModalParameters
 from ...experiment.model_error import ModalErrors
-from ...experiment.resized import as_measured
+from ...experiment.variants import as_measured
 from ...inference.engines.empirical_bayes import DECREASING_ERRORS, Rival
 from ...inference.residuals import Problem
 from ...inference.residuals_of_state import State

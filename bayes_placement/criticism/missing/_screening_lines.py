@@ -14,7 +14,7 @@ import jax
 import numpy as np
 
 from ...experiment.noise import Data
-from ...experiment.resized import evenly_spread, with_lines_at
+from ...experiment.variants import evenly_spread, with_lines_at
 from ...inference.engines.least_squares import LeastSquares
 from ...inference.residuals import Problem
 from ...inference.residuals_of_state import State

@@ -24,7 +24,7 @@ from ...experiment.data_checks.signal import check_signal
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.modal_parameters import ModalParameters
 from ...experiment.model_error import Modal
-from ...experiment.resized import as_measured
+from ...experiment.variants import as_measured
 from ...inference.chi2 import LEVEL
 from ...inference.record import record
 from ...positions.names import printable_name

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from jaxtyping import Float
 
-from ...experiment.resized import evenly_spread
+from ...experiment.variants import evenly_spread
 from ...inference.engines.levenberg_marquardt import minimise
 from ...inference.residuals import Problem, point_in_problem
 from ...laws.rows import NUMBERS

@@ -12,8 +12,8 @@ from ...effects.effect import GlobalChange
 from ...effects.on_rotation import bending_scale
 from ...effects.registry import attached, inserted, strut
 from ...effects.scales import Scales
-from ...experiment.applied import needs_other_lines
 from ...experiment.experiment import Experiment
+from ...experiment.with_effects_applied import needs_other_lines
 from ...inference.residuals import Problem, fields_of
 from ...laws import Law, Spring
 from ...laws.catalogue import leaves, networks

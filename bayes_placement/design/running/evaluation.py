@@ -10,7 +10,7 @@ import numpy as np
 
 from ..._types import Key, Progress, no_progress, warn
 from ...experiment.experiment import Experiment
-from ...experiment.resized import with_lines
+from ...experiment.variants import with_lines
 from ...inference.random_keys import integer_seed
 from .._candidates import Candidates
 from .._parameters_of_interest import nominal_values, with_parameters_of_interest

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..._types import InputError
 from ...experiment.experiment import Experiment
-from ...experiment.resized import channel_numbers, with_only
+from ...experiment.variants import channel_numbers, with_only
 from .._candidates import Candidates, candidates, present_position
 from ..running.evaluation import Evaluation
 from .placement_rules import PlacementRules

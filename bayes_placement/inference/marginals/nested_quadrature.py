@@ -20,7 +20,7 @@ from ..._sites import is_finite, substitute
 from ..._types import InfeasibleError, Key
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
-from ...experiment.resized import with_only
+from ...experiment.variants import with_only
 from .._quadrature_rules import node_count, product_rule
 from ..weights import effective_size
 from .marginal import IntegratedLikelihood

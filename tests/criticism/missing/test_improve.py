@@ -240,7 +240,7 @@ def test_model_error_is_a_rival_of_what_no_candidate_explains():
         "damping",
         "shape",
         "gain",
-        "unevenness",
+        "stiffness_and_mass",
     }
     assert ledger.steps[0].chi2_when_exact > 2
     assert decided_again(ledger).exact_fails
@@ -253,7 +253,7 @@ def test_model_error_is_a_rival_of_what_no_candidate_explains():
 def test_beside_a_declared_model_error_three_effects_are_found(candidates):
     delay = effects.time_delay(4e-5)
     small = bp.model_error.Modal(
-        frequency=1e-4, damping=None, shape=None, gain=None, unevenness=None
+        frequency=1e-4, damping=None, shape=None, gain=None, stiffness_and_mass=None
     )
     erring = experiment().with_model_error(small)
     ledger = improve(erring, measured(MASS, GAIN, delay, seed=6), candidates=candidates)

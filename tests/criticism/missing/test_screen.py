@@ -16,7 +16,7 @@ from bayes_placement.inference.engines.levenberg_marquardt import minimise
 from tests.criticism.missing.test_before_and_after import imperfect, measured
 from tests.criticism.small import experiment
 
-SIZES = {"frequency": 0.01, "damping": 0.2, "shape": 0.05, "gain": 0.01, "unevenness": 0.01}
+SIZES = {"frequency": 0.01, "damping": 0.2, "shape": 0.05, "gain": 0.01, "stiffness_and_mass": 0.01}
 
 
 def screened(*hidden, seed=1):

@@ -77,7 +77,7 @@ def test_a_line_counts_for_as_many_as_it_stands_for_also_where_some_are_not_meas
 def test_each_state_is_thinned_and_modes_are_not(problem):
     setup = experiment()
     table = bp.ModalParameters([160.0, 320.0], [0.04, 0.04], number=[1, 2])
-    modal = bp.experiment.resized.observing_modes(setup, table)
+    modal = bp.observing_modes(setup, table)
     earlier = State(setup, setup.data(measured()))
     later = State(modal, modal.data(table))
     both = Problem(problem.experiment, problem.data, baseline=earlier, further=[later])

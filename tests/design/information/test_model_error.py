@@ -16,7 +16,7 @@ SMALL = information.KDE(draws=256, placement_draws=256)
 
 def with_errors(size):
     only = bp.model_error.Modal(
-        frequency=size, damping=None, shape=None, gain=None, unevenness=None
+        frequency=size, damping=None, shape=None, gain=None, stiffness_and_mass=None
     )
     return bar.placed(0.3, 0.3, None).with_model_error(only)
 

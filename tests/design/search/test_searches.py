@@ -7,7 +7,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import design
-from bayes_placement.experiment.resized import with_only
+from bayes_placement.experiment.variants import with_only
 from tests.design import landscapes
 from tests.design.landscapes import Modal, learnt
 

@@ -10,7 +10,7 @@ import equinox as eqx
 import numpy as np
 
 from .._sites import is_unknown
-from .._types import InputError
+from .._types import InputError, arguments_checked
 from ._errors_of_parts import OF_WHAT
 from .experiment import Experiment
 from .measurement import Measurement
@@ -177,16 +177,33 @@ def _with_errors(experiment: Experiment, measured: ModalParameters) -> ModalPara
     return measured.modes(erroneous.tolist())
 
 
+@arguments_checked
 def observing_modes(experiment: Experiment, measured: ModalParameters) -> Experiment:
     """Return the experiment as one that observes modal parameters: without actuators and lines.
 
     Sensors of which no shape was measured are left out, and so are effects that modes do not show.
     Shapes at other sensors than those of the experiment are not used.
 
+    Parameters
+    ----------
+    experiment
+        The experiment, whose sensors have the names of those of the shapes.
+    measured
+        Natural frequencies [Hz], damping ratios [1] and shapes, as `bp.identify` returns them.
+
+    Returns
+    -------
+    Experiment
+        Its structure and sensors, observed by `observe.Modes(measured)`, the noise being theirs.
+
+    Raises
+    ------
+    InputError
+        If no sensor of the shapes has the name of one of the experiment.
+
     Examples
     --------
-    >>> from bayes_placement.experiment.resized import observing_modes
-    >>> observing_modes(experiment, bp.ModalParameters([160.0], [0.1], number=[1]))
+    >>> bp.observing_modes(experiment, bp.ModalParameters([160.0], [0.1], number=[1]))
     Experiment: 1 modes from 160 to 160 Hz, shapes at 0 sensor channels, z = natural frequency [Hz],
     damping ratio [1], shape [as measured]
     """

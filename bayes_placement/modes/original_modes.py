@@ -8,14 +8,14 @@ from .finite_elements.nodal_modes import NodalModes, nodal_of
 from .modes import Modes
 
 
-def beneath(modes: Modes) -> Modes:
+def original(modes: Modes) -> Modes:
     """Return the modes before all changes."""
-    return beneath(modes.modes) if isinstance(modes, DerivedModes) else modes
+    return original(modes.modes) if isinstance(modes, DerivedModes) else modes
 
 
-def underlying_line(modes: Modes) -> UniformLine:
+def original_line(modes: Modes) -> UniformLine:
     """Return the uniform bar or beam beneath changed modes."""
-    line = beneath(modes)
+    line = original(modes)
     if isinstance(line, UniformLine):
         return line
     raise InputError(
@@ -24,14 +24,14 @@ def underlying_line(modes: Modes) -> UniformLine:
     )
 
 
-def underlying_nodal_modes(modes: Modes) -> NodalModes:
+def original_nodal_modes(modes: Modes) -> NodalModes:
     """Return the modes of the finite element model beneath changed ones."""
-    nodal = nodal_of(beneath(modes))
+    nodal = nodal_of(original(modes))
     if nodal is not None:
         return nodal
     raise InputError(
-        f"This effect was added to {type(beneath(modes)).__name__}, but it needs the matrices of a "
-        "finite element model. Use finite_elements.modes(matrices, ...)."
+        f"This effect was added to {type(original(modes)).__name__}, but it needs the matrices of "
+        "a finite element model. Use finite_elements.modes(matrices, ...)."
     )
 
 
@@ -42,7 +42,7 @@ def required_line(modes: Modes, effect: str, alternative: str) -> UniformLine:
             f"{effect} was added to a finite element model, but it needs the section of a uniform "
             f"bar or beam, which a model does not tell. {alternative}"
         )
-    return underlying_line(modes)
+    return original_line(modes)
 
 
 def required_beam(modes: Modes, effect: str, reason: str, alternative: str) -> UniformBeam:

@@ -42,7 +42,7 @@ HOOKS = ("moved", "load", "laplace", "evaluated", "added", "channel_factor", "re
 """Methods by which an effect acts on the instruments."""
 
 
-def applied(known: Experiment) -> Experiment:
+def with_effects_applied(known: Experiment) -> Experiment:
     """Return an experiment of the same response, its effects applied where they are plain numbers.
 
     A value beyond its prior is applied already: it stands in the place of the unknown.
@@ -54,7 +54,15 @@ def applied(known: Experiment) -> Experiment:
         return known
     beyond = known.structure.of_kind(BeyondPrior)
     known = _with_structure_effects(known, _without(known.structure.effects, beyond))
-    for step in (_moved, _resized, _at_lines, _loaded, _recorded, _with_stiffness, _with_modulus):
+    for step in (
+        _moved,
+        _with_changed_modes,
+        _at_lines,
+        _loaded,
+        _recorded,
+        _with_stiffness,
+        _with_modulus,
+    ):
         known = step(known)
     return known
 
@@ -100,7 +108,7 @@ def _moved(known: Experiment) -> Experiment:
     return _in_place_of(movers, moved)
 
 
-def _resized(known: Experiment) -> Experiment:
+def _with_changed_modes(known: Experiment) -> Experiment:
     """A uniform line of its true size, with its hinges as numbers.
 
     Effects that move instruments see the line as drawn, and a preload sees it before its hinges.
@@ -119,8 +127,8 @@ def _resized(known: Experiment) -> Experiment:
     if hinged:
         hinges = _merged([hinge for effect in hinged for hinge in effect.hinges(modes)])
         effects[hinges.name] = hinges
-    resized = eqx.tree_at(lambda tree: tree.structure.modes, known, modes)
-    return _with_structure_effects(resized, effects)
+    of_true_size = eqx.tree_at(lambda tree: tree.structure.modes, known, modes)
+    return _with_structure_effects(of_true_size, effects)
 
 
 def _merged(hinges: Sequence[Any]) -> AppliedHinges:
@@ -185,8 +193,8 @@ def _with_stiffness(known: Experiment) -> Experiment:
     structure, omega = known.structure, _omega(known)
     modulus, modes = structure.stiffness_factor(omega), structure.modes
     # Ports at ends and sections are those of the true size, which is not known before the modes.
-    resized = any(change.changes_size for change in structure.of_kind(GlobalChange))
-    chosen = [] if resized else structure.of_kind(OnPorts)
+    of_true_size = any(change.changes_size for change in structure.of_kind(GlobalChange))
+    chosen = [] if of_true_size else structure.of_kind(OnPorts)
     laws = [(item, law) for item in chosen for law in item.port_laws(modes, modulus, omega)]
     by_line = [
         AppliedLaw(law.points, *_of_lines(law, omega), name=f"applied.{number}")

@@ -9,7 +9,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement._types import InputError
-from bayes_placement.experiment.resized import observing_modes, with_lines, with_only
+from bayes_placement.experiment.variants import observing_modes, with_lines, with_only
 
 LINES = np.arange(100.0, 110.0)
 
@@ -30,11 +30,11 @@ def experiment(noise, force_levels=None):
 @pytest.mark.parametrize("noise", [None, bp.noise.Gaussian(0.1)])
 def test_some_lines_are_taken_evenly_and_all_else_stays(noise):
     full = experiment(noise)
-    resized = with_lines(full, 5)
-    npt.assert_array_equal(resized.frequency, LINES[1::2])
+    changed = with_lines(full, 5)
+    npt.assert_array_equal(changed.frequency, LINES[1::2])
     for field in dataclasses.fields(full):
         if field.name != "frequency":
-            assert eqx.tree_equal(getattr(resized, field.name), getattr(full, field.name))
+            assert eqx.tree_equal(getattr(changed, field.name), getattr(full, field.name))
 
 
 @pytest.mark.parametrize("count", [10, 11, 1000])
@@ -45,41 +45,41 @@ def test_no_more_lines_than_there_are(count):
 
 @pytest.mark.parametrize("count", range(1, 10))
 def test_no_line_is_taken_twice(count):
-    resized = with_lines(experiment(None), count).frequency
-    assert len(set(resized)) == count
-    assert resized.mean() == pytest.approx(LINES.mean(), abs=0.5)
+    changed = with_lines(experiment(None), count).frequency
+    assert len(set(changed)) == count
+    assert changed.mean() == pytest.approx(LINES.mean(), abs=0.5)
 
 
 @pytest.mark.parametrize("shape", [(10,), (2, 1, 10)])
 def test_each_line_keeps_its_level_of_the_output_error(shape):
     sigma = 0.01 * np.broadcast_to(LINES, shape)
-    resized = with_lines(experiment(bp.noise.Gaussian(sigma)), 3)
+    changed = with_lines(experiment(bp.noise.Gaussian(sigma)), 3)
     npt.assert_allclose(
-        resized.noise.sigma, 0.01 * np.broadcast_to(resized.frequency, (*shape[:-1], 3))
+        changed.noise.sigma, 0.01 * np.broadcast_to(changed.frequency, (*shape[:-1], 3))
     )
 
 
 def test_levels_of_channels_stay():
     sigma = np.array([0.1, 0.2]).reshape(2, 1, 1)
-    resized = with_lines(experiment(bp.noise.Gaussian(sigma)), 3)
-    npt.assert_array_equal(resized.noise.sigma, sigma)
+    changed = with_lines(experiment(bp.noise.Gaussian(sigma)), 3)
+    npt.assert_array_equal(changed.noise.sigma, sigma)
 
 
 def test_each_pair_of_lines_keeps_its_covariance():
-    resized = with_lines(
+    changed = with_lines(
         experiment(bp.noise.Covariance(np.outer(LINES, LINES) + np.eye(10), factor=2.0)), 3
     )
     npt.assert_allclose(
-        resized.noise.matrix, np.outer(resized.frequency, resized.frequency) + np.eye(3)
+        changed.noise.matrix, np.outer(changed.frequency, changed.frequency) + np.eye(3)
     )
-    assert resized.noise.factor == 2.0
+    assert changed.noise.factor == 2.0
 
 
 def test_each_force_level_keeps_its_output_error():
     sigma = np.stack([LINES, 2 * LINES])
-    resized = with_lines(experiment(bp.noise.Gaussian(sigma), force_levels=[1.0, 3.0]), 4)
-    lines = resized.frequency
-    npt.assert_array_equal(resized.noise.sigma, np.stack([lines, 2 * lines]))
+    changed = with_lines(experiment(bp.noise.Gaussian(sigma), force_levels=[1.0, 3.0]), 4)
+    lines = changed.frequency
+    npt.assert_array_equal(changed.noise.sigma, np.stack([lines, 2 * lines]))
     assert lines.size == 4
 
 
@@ -128,7 +128,13 @@ def test_an_experiment_of_frfs_becomes_one_of_modes():
 
 
 def test_sensors_without_a_shape_are_left_out_and_the_model_error_stays():
-    sizes = {"frequency": 0.01, "damping": None, "shape": 0.02, "gain": None, "unevenness": None}
+    sizes = {
+        "frequency": 0.01,
+        "damping": None,
+        "shape": 0.02,
+        "gain": None,
+        "stiffness_and_mass": None,
+    }
     of_frfs = experiment(bp.noise.Gaussian(0.1)).with_model_error(bp.model_error.Modal(**sizes))
     modal = observing_modes(of_frfs, modes_at("s2"))
     assert list(modal.sensor) == ["s2"]
