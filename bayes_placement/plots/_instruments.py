@@ -1,9 +1,10 @@
 """Sensors and actuators on a structure: their tolerances, and along what their channels read."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 from matplotlib.axes import Axes
 
 from ..experiment.experiment import Experiment
@@ -22,7 +23,7 @@ INSTRUMENT: dict[str, Any] = {
 }
 """Mark of a recorded place."""
 
-ARROW = 0.1
+ARROW = 0.08
 """Length of an arrow, as a share of the longest side of what is shown."""
 
 FLAT = 1e-6
@@ -33,6 +34,9 @@ THIN = 0.15
 
 POINTS = 26.0
 """Length of an arrow on a line [points]."""
+
+NEAR = 0.04
+"""Share of the longest side up to which transducers are named together."""
 
 CLEARANCE = 0.3
 """Distance from a line to the arrows along it, of half of what is shown."""
@@ -114,9 +118,9 @@ def draw_channels(panel: Panel, view: View, experiment: Experiment) -> None:
     An axis that is at right angles to the plane of the view is a dot in a circle where it points to
     the reader, else a cross in a circle.
     """
-    length = ARROW * float(np.max(view.high - view.low))
-    for kind, transducer, direction in _channels(experiment):
-        start = np.asarray(transducer.recorded, dtype=float)
+    size = float(np.max(view.high - view.low))
+    length = ARROW * size
+    for kind, direction, start in _arrows(experiment, size):
         vector = length * unit_vector(direction)
         along = view.project(vector[None])[:, 0]
         if view.projection:
@@ -125,8 +129,28 @@ def draw_channels(panel: Panel, view: View, experiment: Experiment) -> None:
             tail = view.project(start[None])[:, 0]
             _draw_arrow(panel, tail, {"xytext": tail + along}, kind, direction)
         else:
-            _draw_out_of_plane(panel, view, start, kind, direction)
+            transducers = _transducers(experiment)
+            recorded = np.array([start, *(transducer.recorded for transducer in transducers)])
+            near = [transducers[number - 1] for number in near_each_other(recorded, size)[0][1:]]
+            side = -side_of_names(view, near)
+            _draw_out_of_plane(panel, view, start, kind, direction, side)
     _name_arrows(panel, experiment)
+
+
+def near_each_other(points: Float[np.ndarray, "point axis"], size: float) -> list[list[int]]:
+    """Numbers of the points of each place, where names of one by one would collide."""
+    remaining, places = list(range(len(points))), []
+    while remaining:
+        apart = np.abs(points[remaining] - points[remaining[0]]).max(axis=1) > NEAR * size
+        places.append([number for number, far in zip(remaining, apart, strict=True) if not far])
+        remaining = [number for number, far in zip(remaining, apart, strict=True) if far]
+    return places
+
+
+def side_of_names(view: View, transducers: Sequence[Any]) -> int:
+    """1 where names stand at the right of a place, -1 where an arrow points there."""
+    axes = [axis for transducer in transducers for axis in transducer.directions]
+    return -1 if any(view.project(unit_vector(axis))[0, 0] > 0 for axis in axes) else 1
 
 
 def draw_channels_on_a_line(panel: Axes, experiment: Experiment) -> None:
@@ -140,12 +164,17 @@ def draw_channels_on_a_line(panel: Axes, experiment: Experiment) -> None:
         tail = np.array([transducer.recorded, CLEARANCE * _SIDES[kind] * is_along])
         head = {"xytext": tuple(step), "textcoords": "offset points"}
         _draw_arrow(panel, tail, head, kind, direction)
+    size = float(np.subtract(*experiment.structure.modes.bounds()[::-1]))
     for kind, side in _SIDES.items():
-        for transducer in getattr(experiment, kind).values():
-            place, sign = (transducer.recorded, 0.0), 1 if -1 in transducer.directions else -1
+        transducers = list(getattr(experiment, kind).values())
+        places = np.array([[transducer.recorded] for transducer in transducers])
+        for numbers in near_each_other(places, size):
+            at = [transducers[number] for number in numbers]
+            place, sign = (at[0].recorded, 0.0), 1 if -1 in at[0].directions else -1
             near: dict[str, Any] = {"textcoords": "offset points"}
             near["ha"] = "left" if sign > 0 else "right"
-            panel.annotate(transducer.name, place, (8 * sign, 14 * side), va="center", **near)
+            names = ", ".join(transducer.name for transducer in at)
+            panel.annotate(names, place, (8 * sign, 14 * side), va="center", **near)
     _name_arrows(panel, experiment)
 
 
@@ -159,6 +188,17 @@ def _channels(experiment: Experiment) -> Iterator[tuple[str, Any, int]]:
         for transducer in getattr(experiment, kind).values():
             for direction in transducer.directions:
                 yield kind, transducer, direction
+
+
+def _arrows(experiment: Experiment, size: float) -> Iterator[tuple[str, int, np.ndarray]]:
+    """Kind, direction and place of every arrow: one for channels that are near and read alike."""
+    alike: dict[tuple[str, int], list[np.ndarray]] = {}
+    for kind, transducer, direction in _channels(experiment):
+        place = np.asarray(transducer.recorded, dtype=float)
+        alike.setdefault((kind, direction), []).append(place)
+    for (kind, direction), places in alike.items():
+        for numbers in near_each_other(np.array(places), size):
+            yield kind, direction, places[numbers[0]]
 
 
 def _draw_arrow(
@@ -180,7 +220,7 @@ def _draw_arrow_in_space(
 
 
 def _draw_out_of_plane(
-    panel: Axes, view: View, start: np.ndarray, kind: str, direction: int
+    panel: Axes, view: View, start: np.ndarray, kind: str, direction: int, side: int
 ) -> None:
     to_reader = np.sign(direction) * (-1 if view.axes == (0, 2) else 1) > 0
     colour, place = _KINDS[kind][1], view.project(start[None])
@@ -189,10 +229,10 @@ def _draw_out_of_plane(
     inner: dict[str, Any] = {"color": colour, "markersize": 5, "linestyle": "none", "zorder": 5}
     label = f"axis {'towards' if to_reader else 'away from'} the reader"
     panel.plot(*place, marker="." if to_reader else "x", label=label, **inner)
-    near: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "top"}
-    panel.annotate(
-        _axis(direction), tuple(place[:, 0]), (0, -9), color=colour, fontsize="small", **near
-    )
+    up = -_SIDES[kind]  # an actuator's above, since a sensor may sit at the same place
+    near: dict[str, Any] = {"textcoords": "offset points", "color": colour, "fontsize": "small"}
+    near |= {"ha": "left" if side > 0 else "right", "va": "bottom" if up > 0 else "top"}
+    panel.annotate(_axis(direction), tuple(place[:, 0]), (7 * side, 7 * up), **near)
 
 
 def _name_arrows(panel: Panel, experiment: Experiment) -> None:

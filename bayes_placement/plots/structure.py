@@ -1,5 +1,6 @@
 """Figure of a structure with its sensors and actuators, and of scores at its points."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,8 @@ from ._instruments import (
     draw_channels,
     draw_channels_on_a_line,
     draw_tolerances,
+    near_each_other,
+    side_of_names,
     thinness,
 )
 
@@ -36,6 +39,7 @@ MARGIN = 0.12
 _GREY = "0.8"
 _LABEL_DISTANCE = 12.0  # [points] from the numbers to the name of an axis in space
 _LONG_DISTANCE = 40.0  # [points] besides: matplotlib shrinks distances with the other two sides
+_BESIDE = 10.0  # [points] from a transducer to its name
 _MARKERS = {"sensor": "^", "actuator": "v"}
 _RING: dict[str, Any] = {
     "marker": "o",
@@ -150,8 +154,22 @@ def draw_structure(panel: Panel, view: View, experiment: Experiment) -> None:
         places = view.project(recorded)
         style: dict[str, Any] = {"marker": marker, "label": f"{kind} as recorded"} | INSTRUMENT
         panel.plot(*places, zorder=4, **style)
-        for name, place in zip(transducers, places.T, strict=True):
-            panel.text(*place, f"  {name}", fontsize="small", zorder=5, clip_on=True)
+    _name_transducers(panel, view, [*experiment.sensor.values(), *experiment.actuator.values()])
+
+
+def _name_transducers(panel: Panel, view: View, transducers: Sequence[Any]) -> None:
+    recorded = np.array([transducer.recorded for transducer in transducers])
+    for numbers in near_each_other(recorded, float(np.max(view.high - view.low))):
+        names = [transducers[number].name for number in numbers]
+        place = view.project(recorded[numbers[0]])[:, 0]
+        style: dict[str, Any] = {"fontsize": "small", "va": "center", "zorder": 5}
+        if view.projection:
+            panel.text(*place, "\n".join(f"  {name}" for name in names), **style)
+        else:
+            side = side_of_names(view, [transducers[number] for number in numbers])
+            beside = {"xytext": (_BESIDE * side, 0), "textcoords": "offset points"}
+            style["ha"] = "left" if side > 0 else "right"
+            panel.annotate("\n".join(names), place, **beside, **style)
 
 
 def draw_scores(panel: Panel, view: View, rows: pd.DataFrame, label: str) -> None:

@@ -10,12 +10,16 @@ import pytest
 from matplotlib.figure import Figure
 
 import bayes_placement as bp
+from bayes_placement.plots._plain_figure import PlainFigure
 from bayes_placement.plots.report._svg import svg_of
 from tests import public_calls
+from tests.in_space import Linear
 from tests.plots import test_ledger as ledgers
 from tests.plots import test_misfit as misfits
 from tests.plots import test_placement as maps
 from tests.plots import test_posterior as posteriors
+from tests.plots import test_structure as structures
+from tests.plots.texts import colliding
 
 posterior, misfit, reach = bp.plots.posterior, bp.plots.misfit, bp.plots.reach
 ledger, placement, structure = bp.plots.ledger, bp.plots.placement, bp.plots.structure
@@ -98,6 +102,30 @@ def test_a_figure_fits_a_page_and_its_letters_can_be_read(function):
     assert width <= 72 * 180 / 25.4 + 0.1
     sizes = [float(size) for size in re.findall(r"font-size: ?([\d.]+)px", svg)]
     assert sizes and min(sizes) >= 7.0
+
+
+@pytest.mark.parametrize("function", [*ONE_PANEL, *PANELS], ids=name)
+def test_no_text_of_a_figure_covers_another(function):
+    given = ONE_PANEL[function]() if function in ONE_PANEL else PANELS[function][1]()
+    assert colliding(function(*given, **NEEDED.get(function, {}))) == ([], [])
+
+
+@pytest.mark.parametrize("direction", [(1,), (1, 3), (1, 2, 3)])
+def test_names_and_axes_of_instruments_at_one_place_stand_apart(direction):
+    corners = (0.0, 0.0, 0.0), (1.0, 0.0, 0.6)
+    at = {"low": (0.3, 0.0, 0.2), "high": (0.3, 0.0, 0.2), "other": (0.6, 0.0, 0.2)}
+    placed = [bp.Sensor(name, at=place, directions=direction) for name, place in at.items()]
+    driven = [bp.Actuator("shaker", at=at["low"], directions=(-2,))]
+    drawn = structure.experiment(structures.instruments(Linear(box=corners), placed, driven))
+    assert colliding(drawn) == ([], [])
+
+
+def test_long_names_of_axes_are_broken_and_numbers_are_thinned_out():
+    figure = PlainFigure.on_page(3.0, 2.0)
+    panel = figure.add_subplot()
+    panel.set(xlim=(0.0, 0.001), ylabel="a name " * 8, xlabel="a name " * 8)
+    assert colliding(figure) == ([], [])
+    assert "\n" in panel.get_ylabel() and 1 < len(panel.get_xticks()) < 5
 
 
 def test_all_figure_functions_are_called_alike():

@@ -173,7 +173,7 @@ def test_instruments_and_what_was_fitted_are_marked_where_they_are(frame):
     assert marked(frame, "sensor as recorded") == [[0.0, 3.0], [0.5, 0.0]]
     assert marked(frame, "actuator as recorded") == [[0.0, 0.0]]
     assert marked(frame, "place as fitted") == [[1.5, 0.0]]
-    names = {text.get_text().strip(): text.get_position() for text in frame.texts}
+    names = {text.get_text(): tuple(text.xy) for text in frame.texts}
     assert names == {"s1": (0.0, 3.0), "s2": (0.5, 0.0), "a1": (0.0, 0.0)}
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 from scipy.sparse import csc_array
+from threadpoolctl import threadpool_limits
 
 from ..._compiled import of_jax
 from ..._sites import is_open
@@ -36,6 +37,7 @@ MAX_ROWS = 6000
 
 
 @arguments_checked
+@threadpool_limits.wrap(limits=1)  # small products: BLAS threads would only wait for each other
 def modes(
     matrices: Matrices,
     interpolation: Interpolation,
@@ -110,6 +112,7 @@ def modes(
 
 
 @arguments_checked
+@threadpool_limits.wrap(limits=1)
 def affine(
     matrices: Matrices,
     interpolation: Interpolation,

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import skfem
 from skfem.helpers import dd, ddot, dot, eye, sym_grad, trace
+from threadpoolctl import threadpool_info, threadpool_limits
 
 import bayes_placement as bp
 from bayes_placement import finite_elements
@@ -347,6 +348,20 @@ def test_the_mass_is_that_of_the_structure():
     modes = finite_elements.modes(*cantilever(), up_to=100.0)
     expected = BAR.density * BAR.area * np.linalg.norm(TIP - FOOT)
     assert modes.mass == pytest.approx(expected, rel=1e-12)
+
+
+def test_threads_of_blas_do_not_wait_for_each_other(monkeypatch):
+    threads = []
+
+    def noted(*arguments, **options):
+        threads.extend(
+            pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"
+        )
+
+    monkeypatch.setattr(from_matrices, "_nodal", noted)
+    with threadpool_limits(2):
+        finite_elements.modes(*cantilever(), up_to=100.0)
+    assert threads and set(threads) == {1}
 
 
 def test_too_many_rows_are_refused(monkeypatch):
