@@ -38,6 +38,9 @@ POINTS = 26.0
 NEAR = 0.04
 """Share of the longest side up to which transducers are named together."""
 
+MOST_NAMES = 4
+"""Names that are written at one place."""
+
 CLEARANCE = 0.3
 """Distance from a line to the arrows along it, of half of what is shown."""
 
@@ -147,6 +150,12 @@ def near_each_other(points: Float[np.ndarray, "point axis"], size: float) -> lis
     return places
 
 
+def few(names: list[str]) -> list[str]:
+    """The first of many names at one place, and how many more there are."""
+    further = len(names) - MOST_NAMES
+    return names if further <= 0 else [*names[:MOST_NAMES], f"and {further} more"]
+
+
 def side_of_names(view: View, transducers: Sequence[Any]) -> int:
     """1 where names stand at the right of a place, -1 where an arrow points there."""
     axes = [axis for transducer in transducers for axis in transducer.directions]
@@ -173,7 +182,7 @@ def draw_channels_on_a_line(panel: Axes, experiment: Experiment) -> None:
             place, sign = (at[0].recorded, 0.0), 1 if -1 in at[0].directions else -1
             near: dict[str, Any] = {"textcoords": "offset points"}
             near["ha"] = "left" if sign > 0 else "right"
-            names = ", ".join(transducer.name for transducer in at)
+            names = ", ".join(few([transducer.name for transducer in at]))
             panel.annotate(names, place, (8 * sign, 14 * side), va="center", **near)
     _name_arrows(panel, experiment)
 

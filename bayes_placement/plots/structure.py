@@ -25,6 +25,7 @@ from ._instruments import (
     draw_channels,
     draw_channels_on_a_line,
     draw_tolerances,
+    few,
     near_each_other,
     side_of_names,
     thinness,
@@ -160,7 +161,7 @@ def draw_structure(panel: Panel, view: View, experiment: Experiment) -> None:
 def _name_transducers(panel: Panel, view: View, transducers: Sequence[Any]) -> None:
     recorded = np.array([transducer.recorded for transducer in transducers])
     for numbers in near_each_other(recorded, float(np.max(view.high - view.low))):
-        names = [transducers[number].name for number in numbers]
+        names = few([transducers[number].name for number in numbers])
         place = view.project(recorded[numbers[0]])[:, 0]
         style: dict[str, Any] = {"fontsize": "small", "va": "center", "zorder": 5}
         if view.projection:

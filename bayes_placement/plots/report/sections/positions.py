@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from ..._colours import AFTER, DATA, FLOOR, INK
+from ..._instruments import few, near_each_other
 from ..._marginal_panels import draw_interval
 from .._placed_items import name_of, placed_items
 from .._projection import Projection, draw_outline
@@ -100,6 +101,7 @@ def _structure(places: xr.Dataset, outline: xr.Dataset, data: Table) -> Drawing:
     draw_outline(panel, outline, view)
     for item in placed_items(places):
         _draw_item(panel, item, view)
+    _name_items(panel, places, view, float(np.ptp(outline["point"].values, axis=0).max()))
     if on_a_line:
         panel.set(yticks=[], ylabel="", xlabel="position along the structure [m]", aspect="auto")
         panel.spines["left"].set_visible(False)
@@ -126,11 +128,20 @@ def _draw_item(panel: Any, item: xr.Dataset, view: Projection) -> None:
     size = 11 if kind == "effect" else 4.5
     panel.plot(*at, color=colour, markersize=size, label=label, **shared)
     panel.plot(*view.ellipse(draws, DEVIATIONS), color=colour, linewidth=1)
-    offset, side = _LABELS[kind]
-    near: dict[str, Any] = {"textcoords": "offset points", "ha": side, "fontsize": 8}
-    panel.annotate(name_of(item), at[:, 0], offset, **near)
     if np.isfinite(item["direction"].values).all():
         _draw_directions(panel, item, view, draws.mean(axis=0))
+
+
+def _name_items(panel: Any, places: xr.Dataset, view: Projection, size: float) -> None:
+    """Write the names of all of a kind that are near each other beside the first of them."""
+    items = [item for item in placed_items(places) if np.isfinite(item["posterior"].values).all()]
+    for kind, (offset, side) in _LABELS.items():
+        alike = [item for item in items if str(item["kind"].item()) == kind]
+        at = [view.at(item["posterior"].values.mean(axis=0)) for item in alike]
+        near: dict[str, Any] = {"textcoords": "offset points", "ha": side, "va": "bottom"}
+        for numbers in near_each_other(np.reshape(at, (-1, 2)), size):
+            names = "\n".join(few([name_of(alike[number]) for number in numbers]))
+            panel.annotate(names, at[numbers[0]], offset, fontsize=8, **near)
 
 
 def _draw_directions(panel: Any, item: xr.Dataset, view: Projection, at: np.ndarray) -> None:
