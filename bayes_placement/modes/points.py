@@ -35,6 +35,9 @@ class Points(eqx.Module):
     slope, 2 bending moment and 3 shear force over its stiffness. None where all are 0."""
     combination: Float[Array, "port point"] | None = None
     """Weights of the points in each port; None where every point is a port."""
+    widths: Float[Array, "point"] | None = None
+    """Length about each point over which a static internal force is its mean [m], zero for that at
+    the point: it jumps where an instrument sits. None where all are zero."""
 
     @property
     def count(self) -> int:
@@ -87,10 +90,15 @@ class Points(eqx.Module):
         for order, these, places in self._by_order():
             row = []
             for other_order, those, other_places in other._by_order():
-                over_other = jax.vmap(flexibility((order, other_order)), in_axes=(None, 0))
-                block = jax.vmap(over_other, in_axes=(0, None))(places, other_places)
+                orders = order, other_order
+                block = _block(flexibility, orders, places, other_places)
                 if block is None:
                     return None
+                if other.widths is not None and order < other_order:
+                    block = _means(flexibility, orders, places, other_places, other.widths[those])
+                elif self.widths is not None and order > other_order:
+                    turned = orders[::-1], other_places, places, self.widths[these]
+                    block = _means(flexibility, *turned).transpose(1, 0, 3, 2)
                 directions = self.direction[these], other.direction[those]
                 row.append(jnp.einsum("pa,poab,ob->po", directions[0], block, directions[1]).T)
             rows.append(other._combined(other._in_order(row)).T)
@@ -120,6 +128,24 @@ def _shapes(modes: Modes, order: int) -> Callable[[Any], Any]:
     return jax.vmap(modes.shapes if order == 0 else lambda place: modes.shapes(place, order))
 
 
+def _block(flexibility: Callable[[Orders], Any], orders: Orders, places: Any, others: Any) -> Any:
+    """Matrix between two lists of places [place, other, axis, axis]; None if not known."""
+    over_others = jax.vmap(flexibility(orders), in_axes=(None, 0))
+    return jax.vmap(over_others, in_axes=(0, None))(places, others)
+
+
+def _means(
+    flexibility: Callable[[Orders], Any], orders: Orders, places: Any, others: Any, widths: Any
+) -> Any:
+    """The same with means over a width about the other places, where that is not zero."""
+    about = jnp.where(widths > 0, widths, 1.0)
+    lower = orders[0], orders[1] - 1
+    ends = [_block(flexibility, lower, places, others + side * about / 2) for side in (1, -1)]
+    means = (ends[0] - ends[1]) / about[:, None, None]
+    at_place = _block(flexibility, orders, places, others)
+    return jnp.where((widths > 0)[:, None, None], means, at_place)
+
+
 def _flexibility(modes: Modes, orders: Orders) -> Callable[[Any, Any], Any]:
     if orders == (0, 0):  # which alone all modes know
         return modes.static_flexibility
@@ -137,6 +163,7 @@ def joined(groups: Sequence[Points]) -> Points:
         _joined_errors(groups),
         _joined_orders(groups),
         _joined_combinations(groups),
+        _joined_widths(groups),
     )
 
 
@@ -146,6 +173,16 @@ def _joined_orders(groups: Sequence[Points]) -> tuple[int, ...] | None:
     return tuple(
         order for points in groups for order in points.orders or (0,) * len(points.position)
     )
+
+
+def _joined_widths(groups: Sequence[Points]) -> Float[Array, "point"] | None:
+    if all(points.widths is None for points in groups):
+        return None
+    widths = [
+        jnp.zeros(len(points.position)) if points.widths is None else points.widths
+        for points in groups
+    ]
+    return jnp.concatenate(widths)
 
 
 def _joined_combinations(groups: Sequence[Points]) -> Float[Array, "port point"] | None:

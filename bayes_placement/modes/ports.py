@@ -173,12 +173,18 @@ def cut(place: Coordinates, motion: str, modes: Modes) -> Points:
 
 
 def cuts_over(extent: Extent, modes: Modes) -> Points:
-    """Return the bending moment or axial force all over an extent, for the modulus as drawn."""
+    """Return the bending moment or axial force all over an extent, for the modulus as drawn.
+
+    At each node it is the mean over what the node stands for, so that it does not jump where an
+    instrument passes one.
+    """
     line, points = original_line(modes), extent.points
     places = len(points.position)
     stiffness = jnp.broadcast_to(jnp.asarray(line.stiffness, float), (places, 1))
     orders = (line.half_order,) * places
-    return Points(points.position, stiffness, None, orders, points.combination)
+    assert points.combination is not None
+    widths = extent.length * points.combination[0]
+    return Points(points.position, stiffness, None, orders, points.combination, widths)
 
 
 def over(middle: Coordinates, extent: Any, direction: Any, modes: Modes) -> Extent:

@@ -1,6 +1,7 @@
 """Effects compared with closed forms: frequency equations, fixed points, exact waves."""
 
 import dataclasses
+import itertools
 
 import jax
 import jax.numpy as jnp
@@ -178,3 +179,34 @@ def test_a_cubic_spring_stiffens_by_three_quarters_of_the_amplitude_squared():
     balance = 1 / (1 / plain + 0.75 * stiffness * amplitude**2)
     np.testing.assert_allclose(loaded, balance, rtol=1e-9)
     assert np.abs(loaded / plain - 1).max() > 0.1
+
+
+def bar_of_three_parts(ends, modulus, position, force, omega):
+    """Displacement of a fixed bar under a unit force, its middle part of another modulus."""
+    places = sorted({0.0, LENGTH, *ends, position, force})
+    stiffness = np.zeros((len(places),) * 2, complex)
+    for n, (low, high) in enumerate(itertools.pairwise(places)):
+        here = STIFFNESS * (modulus if ends[0] <= low and high <= ends[1] else 1.0)
+        wave = omega * np.sqrt(DENSITY / here)
+        angle = wave * (high - low)
+        part = np.array([[np.cos(angle), -1.0], [-1.0, np.cos(angle)]]) / np.sin(angle)
+        stiffness[n : n + 2, n : n + 2] += here * AREA * wave * part
+    forces = np.array([float(place == force) for place in places[1:-1]])
+    return np.linalg.solve(stiffness[1:-1, 1:-1], forces)[places.index(position) - 1]
+
+
+@pytest.mark.parametrize(("position", "close"), [(0.31, 5e-5), (0.64, 1e-5)])
+def test_a_layer_over_instruments_on_a_bar_is_that_of_exact_waves(position, close):
+    """However its ends lie: what it cuts would jump where an instrument passes a node.
+
+    Where both instruments are upon it, a small part of it is finer than its polynomials.
+    """
+    modes = beams.bar(40, length=LENGTH, area=AREA, youngs_modulus=STIFFNESS, density=DENSITY)
+    omega = 2 * np.pi * np.linspace(500.0, 9000.0, 12)
+    for middle in np.linspace(0.330, 0.332, 5):
+        layer = effects.damping_layer(middle, 0.16, 0.3, 0.4)
+        bar = Structure(modes, damping=damping.Modal(UNDAMPED)) + layer
+        ends, modulus = (middle - 0.08, middle + 0.08), 1 + 0.3 * (0.4 + 1j)
+        exact = [bar_of_three_parts(ends, modulus, position, 0.37, line) for line in omega]
+        error = np.abs(between(bar, position, 0.37, omega) - exact)
+        assert np.max(error) < close * np.max(np.abs(exact))
