@@ -1,4 +1,4 @@
-"""The model of a page as a model file: as given, with the effects that were added."""
+"""The model of a page as a model file or case folder: as given, with what was added."""
 
 import itertools
 from pathlib import Path
@@ -11,13 +11,15 @@ if TYPE_CHECKING:
     from ..explorer.live import LivePage
 
 
-def explored_model(request: Request, page: "LivePage") -> Path:
-    """Write the model at hand into a new file beside the model, and return its path.
+def explored_model(request: Request, suffix: str, page: "LivePage") -> Path:
+    """Write the model at hand beside the model, under a new name, and return its path.
 
     Parameters
     ----------
     request
         What the command was given.
+    suffix
+        `.py` for a model file, none for a case folder, which only a case folder can become.
     page
         The page.
     """
@@ -26,14 +28,13 @@ def explored_model(request: Request, page: "LivePage") -> Path:
     known = {effect.name for effect in given.effects}
     added = [effect for effect in session.model.experiment.effects if effect.name not in known]
     values = {name: float(value) for name, value in session.model.values.items()}
-    path = _new_path(request.path)
+    path = _new_path(request.path, suffix)
     model = CompletedModel(path, request.path, request.data, request.model_error)
     model.write_effects(given, added, {}, values)
     return path
 
 
-def _new_path(model: Path) -> Path:
+def _new_path(model: Path, suffix: str) -> Path:
     """A file or folder beside the model that is not there yet."""
-    suffix = "" if model.is_dir() else ".py"
     names = (f"{model.stem}_explored_{number}{suffix}" for number in itertools.count(1))
     return next(path for path in (model.with_name(name) for name in names) if not path.exists())

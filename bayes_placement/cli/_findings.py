@@ -12,10 +12,10 @@ from ..criticism.findings import ABOUT, Model, draws_of_result, findings, models
 from ..criticism.fitted import AS_DRAWN, in_scalars
 from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.ranking import Ranking
+from ..design.next_measurement import next_measurement
 from ..experiment.experiment import Experiment, Measurements
 from ..inference.alternative_explanation import draws_of
 from ..inference.results import warnings_of
-from ._next_measurement import next_measurement
 
 FINDINGS = "findings.nc"
 """Name of the file."""

@@ -106,7 +106,11 @@ def _head(request: Request, *, is_thinned: bool) -> str:
 
 
 def _saves(request: Request, inputs: Inputs) -> Mapping[str, Save]:
-    return {"model": partial(explored_model, request), "report": partial(_report, inputs)}
+    """Files that the page can be saved as; a case where its data and model are those of a case."""
+    is_case = request.path.is_dir() and request.data is None and not request.model_error
+    case = {"case": partial(explored_model, request, "")} if is_case else {}
+    model = partial(explored_model, request, ".py")
+    return {"model": model, **case, "report": partial(_report, inputs)}
 
 
 def _report(inputs: Inputs, page: "LivePage") -> Path:

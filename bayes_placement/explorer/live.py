@@ -182,13 +182,7 @@ class LivePage:
         self._tell_all()
 
     def _on_modes(self) -> None:
-        model = self.session.model
-        first = self.session.states[0].model
-        self._tell(
-            "modes",
-            now=modes_for_page(model.experiment, model.values),
-            before=modes_for_page(first.experiment, first.values),
-        )
+        self._tell("modes", **modes_for_page(self.session))
 
     def _on_save(self, what: str) -> None:
         save = self.around.saves.get(what)
@@ -204,9 +198,9 @@ class LivePage:
             experiment, self.session.measurement, self.around.baseline, self.around.store
         )
 
-    def _begin_in_background(self, task: str, state: int) -> None:
+    def _begin_in_background(self, task: str, state: int, **further: Any) -> None:
         asked = self._asked(self.session.states[state].model.experiment)
-        self._running[self._background.begin(task, asked=asked)] = task, state
+        self._running[self._background.begin(task, asked=asked, **further)] = task, state
 
     def _begin_at_hand(self, task: str, **further: Any) -> None:
         if self._task is not None:
@@ -229,6 +223,9 @@ class LivePage:
             self._tell_found("palette", {"kinds": [kind._asdict() for kind in told.content]})
         elif task == "check_data":
             self._tell_found("faults", {"sentences": told.content})
+        elif task == "next":
+            self._tell_found("next", told.content)
+            self._tell("background", task=task, share=1.0)
         else:
             title = self.session.states[state].title
             self._tell_found("reach", {**reach_for_page(told.content), "of": title})
@@ -266,6 +263,8 @@ class LivePage:
             response = self.response(self.session.model)
             self.session.chi2[self.session.current] = response.chi2
         self._tell_found("ledger", ledger_for_page(ledger))
+        self._tell("background", task="next", share=0.0)
+        self._begin_in_background("next", begun, alternatives=ledger.alternatives)
         if ledger.steps[-1].effects:
             self._tell_curves(COMPLETED, self.session.model)
         self.keep()

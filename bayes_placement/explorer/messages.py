@@ -77,7 +77,7 @@ ALLOWED: Mapping[str, Mapping[str, Callable[[Any], bool]]] = {
     "reach": {},
     "modes": {},
     "stop": {},
-    "save": {"what": _one_of("model", "report", "script")},
+    "save": {"what": _one_of("model", "case", "report")},
 }
 """Words and fields of messages, each with what is allowed in it; all are needed."""
 

@@ -5,7 +5,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
+from ..criticism.check.correlation import mac
 from ..criticism.findings._shapes import outline_of, shapes
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
@@ -13,7 +15,7 @@ from ..positions._outlines import outline_of as tolerance_of
 from ..positions.vectors import unit_vector
 from .frames import packed
 from .kept import KeptPage
-from .response import Response, Values, coherence_rows, measured_rows, pair_labels
+from .response import Response, coherence_rows, measured_rows, pair_labels
 from .session import Session
 from .sliders import Slider, as_json
 
@@ -43,15 +45,34 @@ def structure_for_page(experiment: Experiment) -> dict[str, Any]:
     }
 
 
-def modes_for_page(experiment: Experiment, values: Values) -> dict[str, Any]:
-    """Return natural frequencies [Hz] and mode shapes at the points of the structure."""
-    found = shapes(experiment, values, outline_of(experiment))
+def modes_for_page(session: Session) -> dict[str, Any]:
+    """Return modes of the model at hand, and those without what was added; or those as drawn.
+
+    With the modal assurance criterion of each shape with each of the others.
+    """
+    given, model = session.states[0].model, session.model
+    known = {effect.name for effect in given.experiment.effects}
+    added = [effect.name for effect in model.experiment.effects if effect.name not in known]
+    values = {name: model.values[name] for name in given.values} if added else given.values
+    outline = outline_of(given.experiment)
+    now = shapes(model.experiment, model.values, outline)
+    before = shapes(given.experiment, values, outline)
+    flat = [of["shape"].values.reshape(of.sizes["mode"], -1).T for of in (now, before)]
+    return {
+        "now": _modes(now),
+        "before": _modes(before),
+        "beside": f"without {', '.join(added)}" if added else "as drawn",
+        "mac": _rounded(mac(*flat)),
+    }
+
+
+def _modes(found: xr.Dataset) -> dict[str, Any]:
+    """Natural frequencies [Hz] and mode shapes at the points of the structure."""
     shape = found["shape"].values
     largest = np.abs(shape).max(axis=(1, 2), keepdims=True, initial=0.0)
     return {
         "frequency": _rounded(found["natural_frequency"].values),
         "shape": _rounded(shape / np.where(largest > 0, largest, 1.0)),
-        "axes": list(found.attrs["axes"]),
     }
 
 

@@ -5,7 +5,7 @@ import queue
 import sys
 import threading
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,7 +19,9 @@ from ..criticism.missing.as_given import fitted_as_given
 from ..criticism.missing.from_values import fitted_from
 from ..criticism.missing.improve import improve
 from ..criticism.missing.reach import reach
+from ..design.next_measurement import next_measurement
 from ..experiment.experiment import Experiment, Measurements
+from ..inference.alternative_explanation import Alternative
 from ..inference.estimates import scalars
 from .candidates import Offered, offered
 from .worker import NICE, read, write
@@ -88,12 +90,20 @@ def search(asked: AskedOfWorker, tell: Tell) -> Any:
     )
 
 
+def next_one(
+    asked: AskedOfWorker, tell: Tell, alternatives: Sequence[Alternative]
+) -> dict[str, Any]:
+    """Where one more measurement tells the explanations apart that a search has left."""
+    return next_measurement(asked.experiment, asked.measurement, alternatives)
+
+
 TASKS: Mapping[str, Callable[..., Any]] = {
     "offered": kinds_offered,
     "as_given": as_given,
     "check_data": check_data,
     "fit": fit,
     "reach": reached,
+    "next": next_one,
     "search": search,
 }
 """Tasks by their names."""

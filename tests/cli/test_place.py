@@ -15,6 +15,7 @@ from bayes_placement.cli import _estimators, _positions_to_try
 from bayes_placement.cli._positions_to_try import positions_to_try
 from bayes_placement.cli.app import app
 from bayes_placement.cli.place import with_sensors
+from bayes_placement.design import _positions_on
 from models import bar
 from tests.effects import models_in_space
 
@@ -351,7 +352,7 @@ def test_feet_of_a_frame_are_no_places():
         observe=bp.observe.LogAmplitude("acceleration"),
         noise=bp.noise.Gaussian(0.02),
     )
-    places = _positions_to_try.positions_on(experiment, 100)
+    places = _positions_on.positions_on(experiment, 100)
     assert len(places) == len(scene.matrices.position) - 2
     for foot in models_in_space.FEET.values():
         assert np.linalg.norm(np.subtract(places, foot), axis=1).min() > 0.05
@@ -359,7 +360,7 @@ def test_feet_of_a_frame_are_no_places():
 
 def test_no_more_places_than_nodes():
     points = np.eye(3)
-    places = _positions_to_try.far_apart(points, 9)
+    places = _positions_on.far_apart(points, 9)
     assert sorted(map(tuple, places)) == sorted(map(tuple, points))
 
 

@@ -7,6 +7,7 @@ import string
 import urllib.error
 import urllib.request
 
+import numpy as np
 import pytest
 import websockets
 
@@ -223,6 +224,29 @@ def test_an_effect_is_dropped_dragged_and_taken_away(page):
     talk(page, play)
 
 
+def test_modes_are_told_with_and_without_what_was_added(page):
+    async def play(socket):
+        await heard(socket, "state")
+        await socket.send('{"do": "modes"}')
+        modes, _ = await heard(socket, "modes")
+        assert modes["beside"] == "as drawn"
+        drop = {"do": "add", "kind": "point_mass", "number": None, "at": [0.3, 0.0, 0.0]}
+        await socket.send(json.dumps(drop))
+        heavy = {"structure.effects.point_mass.mass": 5.0}
+        await socket.send(json.dumps({"do": "set", "values": heavy}))
+        await socket.send('{"do": "modes"}')
+        modes, _ = await heard(socket, "modes")
+        assert modes["beside"] == "without point_mass"
+        now, before = (modes[word]["frequency"][0] for word in ("now", "before"))
+        assert now < before  # a mass makes a structure slower
+        first = [np.ravel(modes[word]["shape"][0]) for word in ("now", "before")]
+        product = np.prod([part @ part for part in first])
+        assert modes["mac"][0][0] == pytest.approx((first[0] @ first[1]) ** 2 / product, rel=1e-4)
+        await socket.send(json.dumps({"do": "go", "state": 0}))
+
+    talk(page, play)
+
+
 def test_a_later_call_takes_the_page_up(page, tmp_path, monkeypatch):
     monkeypatch.setattr("bayes_placement.explorer.live.Worker", IdleWorker)
     experiment, measurement = small.experiment(), small.measured()
@@ -282,8 +306,6 @@ def test_every_message_has_a_method():
 
 
 def test_frames_hold_numbers_of_single_precision_and_no_words_that_json_lacks():
-    import numpy as np
-
     numbers = np.array([[1.0, np.nan, 2.5]])
     header, arrays = unpacked(packed({"is": "x", "chi2": float("inf")}, {"a": numbers}))
     assert header["chi2"] is None

@@ -4,12 +4,14 @@ import { Curves } from "./curves.js";
 import { Learn } from "./learn.js";
 import { element, make, percent, three } from "./look.js";
 import { Matrix } from "./matrix.js";
+import { Modes } from "./modes.js";
 import { Parameters } from "./parameters.js";
 import { Link } from "./socket.js";
 import { Steps } from "./steps.js";
 import { StructurePanel } from "./structure.js";
 
 const MOST_SHOWN = 4;
+const SAVED = ["model", "case", "report"];
 
 const store = { model: null, curves: {}, shown: [0], state: null, reach: null, ledger: null, faults: null, palette: [], x: null };
 const send = (message) => link.send(message);
@@ -31,6 +33,7 @@ const structure = new StructurePanel(store, {
   drag: (effect, at) => link.preview({ do: "drag", effect, at }),
   put: (effect, at) => send({ do: "put", effect, at }),
 });
+const modes = new Modes(store, structure, () => send({ do: "modes" }));
 
 /** Show one pair, or with Ctrl or Shift one more. */
 function toggle(pair, isFurther) {
@@ -77,7 +80,7 @@ const HEARD = {
     document.title = `${header.name} · explore`;
     element("name").textContent = header.name;
     element("words").textContent = element("words").title = header.words;
-    for (const what of ["model", "report"]) element(`save-${what}`).hidden = !header.saves.includes(what);
+    for (const what of SAVED) element(`save-${what}`).hidden = !header.saves.includes(what);
     structure.begin();
     matrix.begin();
   },
@@ -108,6 +111,7 @@ const HEARD = {
     parameters.show();
     steps.show();
     structure.draw();
+    modes.stale();
   },
   palette(header) {
     store.palette = header.kinds;
@@ -139,9 +143,10 @@ const HEARD = {
     tell(isBusy ? `${header.task} ${header.share ? percent(header.share) : "…"}` : "", header.share);
   },
   busy: (header) => tell(header.words, 0),
-  modes(header) {
-    store.modes = header;
-    listModes();
+  modes: (header) => modes.hear(header),
+  next(header) {
+    store.next = header;
+    learn.show();
   },
   error(header) {
     element("trouble").textContent = header.words;
@@ -175,34 +180,11 @@ function tell(words, share) {
   element("progress").querySelector("i").style.setProperty("--share", percent(share ?? 0).replace(" ", ""));
 }
 
-/** Natural modes, of which one moves; with what was added, and before. */
-function listModes() {
-  const { now, before } = store.modes;
-  const show = (number) => {
-    store.moving = store.moving === number ? null : number;
-    structure.show(store.moving === null ? null : now.shape[store.moving]);
-    listModes();
-  };
-  const words = (hertz, i) => `${three(hertz)} Hz${before.frequency[i] ? ` (was ${three(before.frequency[i])})` : ""}`;
-  element("mode-list").replaceChildren(
-    ...now.frequency.map((hertz, i) => make("button", { "aria-pressed": String(store.moving === i), onclick: () => show(i) }, words(hertz, i))),
-  );
-}
-
-element("modes").onclick = () => {
-  const isOpen = element("mode-list").hidden;
-  element("mode-list").hidden = !isOpen;
-  element("modes").setAttribute("aria-pressed", String(isOpen));
-  store.moving = null;
-  structure.show(null);
-  if (isOpen) send({ do: "modes" });
-};
-
 for (const name of ["undo", "redo", "fit", "search", "stop", "reset"]) element(name).onclick = () => {
   element("trouble").hidden = true;
   send({ do: name });
 };
-for (const what of ["model", "report"]) element(`save-${what}`).onclick = () => send({ do: "save", what });
+for (const what of SAVED) element(`save-${what}`).onclick = () => send({ do: "save", what });
 element("kind").onchange = choose;
 element("add").onclick = () => add(null);
 

@@ -3,6 +3,7 @@
 import uPlot from "./vendor/uplot.js";
 import { colour, element, make, percent, three } from "./look.js";
 
+const MOST_PLACES = 8;
 const LEAST = 1e-3; // probability from which on a candidate is listed
 
 export class Learn {
@@ -13,9 +14,10 @@ export class Learn {
   }
 
   show() {
-    const { reach, ledger, faults } = this.store;
+    const { reach, ledger, faults, next } = this.store;
     const parts = [];
     if (ledger) parts.push(...this.candidates(ledger));
+    if (next) parts.push(...nextMeasurement(next));
     if (reach) parts.push(...this.places(reach));
     const waiting = Object.entries(this.share).filter(([, { share }]) => share < 1);
     for (const [task, { share }] of waiting) parts.push(make("p", { class: "waiting" }, `${WORDS[task] ?? task} … ${percent(share)}`));
@@ -84,7 +86,17 @@ export class Learn {
   }
 }
 
-const WORDS = { as_given: "Fitting as given", reach: "Looking where something may act", check_data: "Checking the data" };
+const WORDS = { as_given: "Fitting as given", reach: "Looking where something may act", check_data: "Checking the data", next: "Searching where to measure next" };
+
+/** Where one more measurement would decide most, with the gain of each place that was tried. */
+function nextMeasurement({ sentence, columns, rows, caption }) {
+  const most = Math.max(...rows.map((row) => row.at(-2)), 1e-9);
+  const cells = (row) => row.map((value, i) => make("td", {}, i === row.length - 2 ? bar(Math.max(0, value) / most) : "", ` ${three(value)}`));
+  const body = rows.slice(0, MOST_PLACES).map((row) => make("tr", {}, ...cells(row)));
+  const table = make("table", {}, make("tr", {}, ...columns.map((name) => make("th", {}, name))), ...body);
+  const tried = rows.length ? [make("details", {}, make("summary", {}, "Places that were tried"), table, make("p", { class: "hint" }, caption))] : [];
+  return [make("h3", {}, "Where to measure next"), make("p", { class: "law" }, sentence), ...tried];
+}
 
 const probability = (share) => (share < LEAST ? "< 0.001" : share.toPrecision(2));
 

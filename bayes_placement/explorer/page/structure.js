@@ -15,7 +15,7 @@ export class StructurePanel {
     this.canvas = element("structure");
     this.kind = null;
     this.held = null;
-    this.mode = null;
+    this.mode = this.before = null;
     this.draw = oncePerFrame(() => this.paint());
     new ResizeObserver(this.draw).observe(this.canvas);
     this.canvas.addEventListener("pointerdown", (event) => this.press(event));
@@ -71,16 +71,11 @@ export class StructurePanel {
 
   outline(pen) {
     const { points, lines } = this.store.model.structure;
-    const moved = this.displaced(points).map((point) => this.view.toScreen(point));
-    pen.strokeStyle = colour(this.mode ? "--now" : "--drawn");
-    pen.lineWidth = this.view.isLine ? 5 : 1;
+    const onScreen = (mode) => this.displaced(points, mode).map((point) => this.view.toScreen(point));
+    const moved = onScreen(this.mode);
+    if (this.before && lines.length) this.lines(pen, onScreen(this.before), colour("--drawn"), 2);
     pen.globalAlpha = lines.length > 300 && !this.mode ? 0.55 : 1;
-    pen.beginPath();
-    for (const [a, b] of lines) {
-      pen.moveTo(...moved[a]);
-      pen.lineTo(...moved[b]);
-    }
-    pen.stroke();
+    this.lines(pen, moved, colour(this.mode ? "--now" : "--drawn"), this.view.isLine ? 5 : 1);
     pen.globalAlpha = 1;
     if (!lines.length) {
       pen.fillStyle = colour("--drawn");
@@ -88,14 +83,25 @@ export class StructurePanel {
     }
   }
 
+  lines(pen, moved, stroke, width) {
+    pen.strokeStyle = stroke;
+    pen.lineWidth = width;
+    pen.beginPath();
+    for (const [a, b] of this.store.model.structure.lines) {
+      pen.moveTo(...moved[a]);
+      pen.lineTo(...moved[b]);
+    }
+    pen.stroke();
+  }
+
   /** Points moved by a mode shape; on a line upright, also where it moves along. */
-  displaced(points) {
-    if (!this.mode) return points;
+  displaced(points, mode) {
+    if (!mode) return points;
     const largest = Math.max(...this.view.size);
     const size = (this.view.isLine ? 0.09 : 0.08) * largest * Math.sin(performance.now() / 260);
     this.draw();
     return points.map((point, i) => {
-      const step = this.mode[i];
+      const step = mode[i];
       if (!this.view.isLine) return point.map((value, axis) => value + size * step[axis]);
       const along = step.reduce((sum, value) => sum + value, 0);
       return [point[0], point[1] + size * along, point[2]];
@@ -309,10 +315,11 @@ export class StructurePanel {
     return this.view.nearest(place, this.store.model.structure);
   }
 
-  /** Move a mode shape; null for none. */
-  show(shape) {
+  /** Move a mode shape, and beside it the one that it was; null for none. */
+  show(shape, before) {
     if (Boolean(shape) !== Boolean(this.mode)) this.view.tilt(Boolean(shape));
     this.mode = shape;
+    this.before = before;
     this.draw();
   }
 }

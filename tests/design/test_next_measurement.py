@@ -10,10 +10,10 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.cli import _next_measurement
 from bayes_placement.cli._findings import HOW_NEXT, where_next
-from bayes_placement.cli._next_measurement import next_measurement
 from bayes_placement.criticism.findings import ABOUT
+from bayes_placement.design import next_measurement as searched
+from bayes_placement.design.next_measurement import next_measurement
 from bayes_placement.inference.alternative_explanation import Alternative
 
 DRAWS = 200
@@ -57,11 +57,11 @@ def alternatives():
 
 
 def test_the_best_place_tells_the_explanations_apart(alternatives, monkeypatch):
-    monkeypatch.setattr(_next_measurement, "SECONDS", np.inf)
+    monkeypatch.setattr(searched, "SECONDS", np.inf)
     following = next_measurement(experiment(), experiment().nominal_measurement(), alternatives)
     assert following["columns"] == ["s1 [m]", "expected gain [nat]", "its error [nat]"]
     at, gain, error = np.array(following["rows"]).T
-    assert len(at) == _next_measurement.PLACES
+    assert len(at) == searched.PLACES
     assert gain[0] == gain.max()
     share = np.array([2.0, 1.0]) / 3
     entropy = float(-(share * np.log(share)).sum())
@@ -73,10 +73,10 @@ def test_the_best_place_tells_the_explanations_apart(alternatives, monkeypatch):
 
 
 def test_the_search_ends_when_its_time_is_over(alternatives, monkeypatch):
-    monkeypatch.setattr(_next_measurement, "SECONDS", 0.0)
+    monkeypatch.setattr(searched, "SECONDS", 0.0)
     following = next_measurement(experiment(), experiment().nominal_measurement(), alternatives)
     places = sorted(row[0] for row in following["rows"])
-    assert len(places) == _next_measurement.PLACES // _next_measurement.GROUPS
+    assert len(places) == searched.PLACES // searched.GROUPS
     assert places[0] < 0.2
     assert places[-1] > 0.7
 

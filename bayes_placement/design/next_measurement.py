@@ -1,4 +1,4 @@
-"""Where one more sensor would tell most, for a report: a search of bounded time."""
+"""Where one more sensor would tell most, for who waits for it: a search of bounded time."""
 
 import time
 import warnings
@@ -9,20 +9,20 @@ import numpy as np
 import pandas as pd
 
 from .._types import PackageError
-from ..design import information
-from ..design.information.estimator import Estimator
-from ..design.maps import SIGNIFICANT
-from ..design.place import place, position_columns
-from ..design.planned import planned
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.transducers import Sensor
 from ..experiment.variants import with_lines
 from ..inference.alternative_explanation import Alternative
 from ..positions.bounds import position_text
-from ._positions_to_try import can_be_at, positions_on
+from . import information
+from ._positions_on import can_be_at, positions_on
+from .information.estimator import Estimator
+from .maps import SIGNIFICANT
+from .place import place, position_columns
+from .planned import planned
 
 LINES, PLACES = 12, 15
-"""Frequency lines and places of the search: few, since a person waits for the report."""
+"""Frequency lines and places of the search: few, since a person waits."""
 
 GROUPS = 3
 """Groups in which the places are tried, each of them all over the structure."""
