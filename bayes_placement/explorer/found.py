@@ -20,10 +20,15 @@ from .steps import as_drawn
 
 
 def reach_for_page(reach: Reach) -> dict[str, Any]:
-    """Return what laws can do at each place, and the law that the data ask for, kind by kind."""
+    """Return what laws can do at each place, and the law that the data ask for, kind by kind.
+
+    `rows` of a kind are those of its curve in `reach_arrays`.
+    """
+    rows = reach.curves.groupby("acts_on").indices
     kinds = [
         {
             **kind,
+            "rows": rows[kind["acts_on"]].tolist(),
             "is_channel": kind["acts_on"] in CHANNELS,
             "law_in_words": reach.kinds()["law"][kind["acts_on"]].in_words(),
             "few_numbers": float(reach.kinds()["few_numbers"][kind["acts_on"]]),
@@ -32,6 +37,11 @@ def reach_for_page(reach: Reach) -> dict[str, Any]:
         for kind in reach.to_json()
     ]
     return {"kinds": kinds, "words": reach.words(), "fails": reach.fails}
+
+
+def reach_arrays(reach: Reach) -> dict[str, np.ndarray]:
+    """Return squares at each line, by which a page bounds the reach of a band; empty without."""
+    return {} if reach.by_line is None else dict(reach.by_line._asdict())
 
 
 def _law(reach: Reach, kind: str) -> Mapping[str, Any] | None:

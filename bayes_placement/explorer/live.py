@@ -3,6 +3,7 @@
 import sys
 import traceback
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any
 
 from .._types import PackageError
@@ -10,8 +11,9 @@ from ..criticism.missing.ledger import Ledger
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
 from .actions import Action, Drawn, Moved, Refitted, Removed, ValuedModel
+from .band import Band, ChosenBand, lines_within
 from .candidates import Position, added, placed_at
-from .found import actions_of, ledger_for_page, reach_for_page
+from .found import actions_of, ledger_for_page, reach_arrays, reach_for_page
 from .frames import packed
 from .messages import Message
 from .page_frames import (
@@ -30,6 +32,8 @@ from .worker_process import AskedOfWorker
 NOW, DRAWN, FITTED, COMPLETED = "now", "as drawn", "fitted as given", "completed"
 COMPARED = "compared"
 """Names of curves."""
+
+NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
 class LivePage:
@@ -64,6 +68,7 @@ class LivePage:
         self._found: dict[str, bytes] = {}
         self._searched: Experiment | None = None
         self._running: dict[int, tuple[str, int]] = {}
+        self._band, self._reached = ChosenBand(self._begin_band), 0
         self._background = Worker(lambda told: post(lambda: self._hear(told)))
         self._at_hand = Worker(lambda told: post(lambda: self._hear_at_hand(told)))
         self._task: tuple[int, str] | None = None
@@ -174,7 +179,11 @@ class LivePage:
         self._begin_at_hand("search")
 
     def _on_reach(self) -> None:
-        self._begin_in_background("reach", self.session.current)
+        self._reached = self.session.current
+        self._begin_in_background("reach", self._reached)
+
+    def _on_band(self, low: float, high: float) -> None:
+        self._band.choose((low, high))
 
     def _on_stop(self) -> None:
         self._at_hand.stop()
@@ -202,6 +211,12 @@ class LivePage:
         asked = self._asked(self.session.states[state].model.experiment)
         self._running[self._background.begin(task, asked=asked, **further)] = task, state
 
+    def _begin_band(self, band: Band) -> None:
+        """Look at a band beside the model of which the reach is shown."""
+        experiment = self.session.states[self._reached].model.experiment
+        lines = lines_within(experiment, band)
+        self._begin_in_background("band", self._reached, lines=lines)
+
     def _begin_at_hand(self, task: str, **further: Any) -> None:
         if self._task is not None:
             return
@@ -214,6 +229,8 @@ class LivePage:
         task, state = self._running[told.number]
         if told.word == "progress":
             self._tell("background", task=task, share=told.content)
+        elif task == "band":
+            self._end_band(told)
         elif told.word == "failed":
             self._tell("background", task=task, share=1.0, words=told.content)
         elif task == "as_given":
@@ -227,9 +244,16 @@ class LivePage:
             self._tell_found("next", told.content)
             self._tell("background", task=task, share=1.0)
         else:
-            title = self.session.states[state].title
-            self._tell_found("reach", {**reach_for_page(told.content), "of": title})
+            found = {**reach_for_page(told.content), "of": self.session.states[state].title}
+            self._tell_found("reach", found, reach_arrays(told.content))
             self._tell("background", task=task, share=1.0)
+
+    def _end_band(self, told: Told) -> None:
+        words = told.content if told.word == "failed" else ""
+        self._tell("background", task="band", share=1.0, words=words)
+        band = self._band.ended()
+        if band is not None and not words:
+            self._tell("band", band=band, **reach_for_page(told.content))
 
     def _hear_at_hand(self, told: Told) -> None:
         """Hear of a fit or a search, unless it was stopped meanwhile."""
@@ -332,8 +356,8 @@ class LivePage:
     def _tell_state(self) -> None:
         self._tell("state", **state_for_page(self.session, self._sliders_of_model()))
 
-    def _tell_found(self, word: str, content: Mapping[str, Any]) -> None:
-        self._found[word] = packed({"is": word, **content}, {})
+    def _tell_found(self, word: str, content: Mapping[str, Any], arrays: Any = NOTHING) -> None:
+        self._found[word] = packed({"is": word, **content}, arrays)
         self._send(self._found[word])
 
     def _tell_task(self, task: tuple[int, str] | None) -> None:

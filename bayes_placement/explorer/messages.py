@@ -75,6 +75,7 @@ ALLOWED: Mapping[str, Mapping[str, Callable[[Any], bool]]] = {
     "fit": {},
     "search": {},
     "reach": {},
+    "band": {"low": _is_number, "high": _is_number},
     "modes": {},
     "stop": {},
     "save": {"what": _one_of("model", "case", "report")},

@@ -21,6 +21,7 @@ from ..criticism.missing.improve import improve
 from ..criticism.missing.reach import reach
 from ..design.next_measurement import next_measurement
 from ..experiment.experiment import Experiment, Measurements
+from ..experiment.resized import with_lines_at
 from ..inference.alternative_explanation import Alternative
 from ..inference.estimates import scalars
 from .candidates import Offered, offered
@@ -69,10 +70,11 @@ def fit(asked: AskedOfWorker, tell: Tell, values: Mapping[str, float]) -> dict[s
     )
 
 
-def reached(asked: AskedOfWorker, tell: Tell) -> Any:
-    """What laws at each place could remove of the misfit."""
+def reached(asked: AskedOfWorker, tell: Tell, lines: Any = None) -> Any:
+    """What laws at each place could remove of the misfit, of some lines or of all."""
+    experiment = asked.experiment
     return reach(
-        asked.experiment,
+        experiment if lines is None else with_lines_at(experiment, lines),
         asked.measurement,
         baseline=asked.baseline,
         progress=lambda share: tell("progress", share),
@@ -103,6 +105,7 @@ TASKS: Mapping[str, Callable[..., Any]] = {
     "check_data": check_data,
     "fit": fit,
     "reach": reached,
+    "band": reached,
     "next": next_one,
     "search": search,
 }

@@ -13,6 +13,7 @@ import websockets
 
 import bayes_placement as bp
 from bayes_placement._types import InfeasibleError, InputError
+from bayes_placement.explorer.band import ChosenBand, lines_within
 from bayes_placement.explorer.candidates import added
 from bayes_placement.explorer.frames import packed, unpacked
 from bayes_placement.explorer.live import LivePage
@@ -243,6 +244,32 @@ def test_modes_are_told_with_and_without_what_was_added(page):
         product = np.prod([part @ part for part in first])
         assert modes["mac"][0][0] == pytest.approx((first[0] @ first[1]) ** 2 / product, rel=1e-4)
         await socket.send(json.dumps({"do": "go", "state": 0}))
+
+    talk(page, play)
+
+
+def test_reach_within_a_band_is_looked_for_once_at_a_time(page):
+    looked, told = [], []
+    chosen = ChosenBand(looked.append)
+    for low in (1.0, 2.0, 3.0):
+        chosen.choose((low, 9.0))
+    assert looked == [(1.0, 9.0)]  # those chosen meanwhile wait
+    told += [chosen.ended(), chosen.ended()]
+    assert looked == [(1.0, 9.0), (3.0, 9.0)] and told == [None, (3.0, 9.0)]
+    experiment = small.experiment()
+    low, *_, high = small.LINES
+    assert lines_within(experiment, (low, high)).tolist() == [*range(small.LINES.size)]
+
+    async def play(socket):
+        ASKED.clear()
+        await socket.send(json.dumps({"do": "band", "low": low, "high": low}))
+        error, _ = await heard(socket, "error")
+        assert "which has 1 lines; more than 5 are needed" in error["words"]
+        await socket.send(json.dumps({"do": "band", "low": low, "high": high}))
+        await socket.send(json.dumps({"do": "band", "low": 2 * low, "high": high}))
+        await socket.send('{"do": "modes"}')
+        await heard(socket, "modes")
+        assert [task for task, _ in ASKED] == ["band"]
 
     talk(page, play)
 

@@ -6,6 +6,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import pandas as pd
+from jaxtyping import Float, Shaped
 from scipy.special import logsumexp
 from scipy.stats import chi2
 
@@ -18,6 +19,7 @@ from ...positions.reprs import notebook_html
 from ..locations import locations
 from ._as_measured import as_measured
 from ._at_port import AnyPort, ReachOfPort
+from ._by_line import OF_LAW, LeftByLine, left_by_line
 from ._channels import CHANNELS
 from ._free_law import Points, tells_phase
 from ._named_laws import NamedLaw, simplest
@@ -73,6 +75,8 @@ class Reach:
         Whether laws act in the later of two states alone: what is new since the baseline.
     limits
         What such data do not tell, in words; empty of complex FRFs.
+    by_line
+        What any law leaves line by line, see `any_law_within`; of complex FRFs of one state.
 
     Examples
     --------
@@ -88,6 +92,7 @@ class Reach:
     fails: bool | None
     is_new: bool = False
     limits: str = ""
+    by_line: LeftByLine | None = field(default=None, repr=False)
 
     def kinds(self) -> pd.DataFrame:
         """Best law of each kind of port, and the probability of the kind; the greatest first."""
@@ -136,6 +141,33 @@ class Reach:
                 "reach.law_as_measured()."
             )
         return self.measured[kind].copy()
+
+    def any_law_within(self, lines: Shaped[np.ndarray, "some"]) -> Float[np.ndarray, "row"]:
+        """Share of the misfit of a part of the band that any law could remove.
+
+        All unknowns are as fitted to the whole band, so that it takes no time.
+
+        Parameters
+        ----------
+        lines
+            Numbers of the lines.
+
+        Returns
+        -------
+        array
+            A share [1] for each row of `curves`.
+
+        Raises
+        ------
+        InputError
+            If no complex FRFs of one state were measured.
+        """
+        if self.by_line is None:
+            raise InputError(
+                "Reach of amplitudes, modes or two states was given; complex FRFs of one state are "
+                "needed, since a law has two parts at each line: observe=bp.observe.Complex()."
+            )
+        return self.by_line.any_law(lines)
 
     def to_json(self) -> list[dict[str, Any]]:
         """Return both curves over places for each kind of port, and its best law, for a file."""
@@ -271,6 +303,7 @@ def reach_of(
         fails,
         is_new=problem.baseline is not None,
         limits=_limits(problem),
+        by_line=left_by_line(problem, fit.point, reaches),
     )
 
 
@@ -289,8 +322,7 @@ def _is_noise_known(problem: Problem) -> bool:
 def _curve(reached: Reached, squares: float) -> pd.DataFrame:
     """Rows of one kind of port on one piece."""
     lines = reached.problem.data.z.shape[-1]
-    # A free law takes two numbers at each line, whatever they explain.
-    by_any = _share(reached.squares + 2 * lines, squares, reached.problem)
+    by_any = _share(reached.squares + OF_LAW * lines, squares, reached.problem)
     by_few = _share(reached.squares_of_law, squares, reached.problem)
     where = _where(reached.port, reached.problem, reached.points)
     return where.assign(any_law=by_any, few_numbers=by_few)

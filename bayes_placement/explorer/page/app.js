@@ -11,6 +11,7 @@ import { Steps } from "./steps.js";
 import { StructurePanel } from "./structure.js";
 
 const MOST_SHOWN = 4;
+const STILL = 400; // [ms] after which a band that is shown is looked at
 const SAVED = ["model", "case", "report"];
 
 const store = { model: null, curves: {}, shown: [0], state: null, reach: null, ledger: null, faults: null, palette: [], x: null };
@@ -19,7 +20,10 @@ const send = (message) => link.send(message);
 const curves = new Curves(store, (range) => {
   matrix.range = range;
   matrix.draw();
-});
+  chooseBand(range);
+  clearTimeout(store.asking);
+  if (range && store.reach) store.asking = setTimeout(() => send({ do: "band", low: range[0], high: range[1] }), STILL);
+}, chooseBand);
 const matrix = new Matrix(store, toggle, (range) => curves.zoom(range));
 const learn = new Learn(store, () => send({ do: "reach" }));
 const steps = new Steps(store, (state) => send({ do: "go", state }), (state) => send({ do: "compare", state }));
@@ -34,6 +38,12 @@ const structure = new StructurePanel(store, {
   put: (effect, at) => send({ do: "put", effect, at }),
 });
 const modes = new Modes(store, structure, () => send({ do: "modes" }));
+
+/** Bound reach within a band at once, also while it is being chosen. */
+function chooseBand(band) {
+  store.band = band;
+  if (store.reach) structure.reached();
+}
 
 /** Show one pair, or with Ctrl or Shift one more. */
 function toggle(pair, isFurther) {
@@ -124,6 +134,10 @@ const HEARD = {
     store.reach = header;
     structure.reached();
     learn.show();
+  },
+  band(header) {
+    store.reachOfBand = header;
+    structure.reached();
   },
   ledger(header) {
     store.ledger = header;

@@ -6,14 +6,14 @@ import { drawNyquist } from "./nyquist.js";
 import { VIEWS, axisName, drawn, noiseBand, partsOf, rowOf, unitOf, viewsOf } from "./quantities.js";
 
 const HEIGHT = { decibels: 210, coherence: 160, real: 160, imaginary: 160, phase: 100, error: 120 };
+const LEAST_WIDTH = 4; // pixels from which on a band is meant
 const LEAST_ERROR = 0.1;
 const CROWDED = 0.2; // share of the band in which half of the lines crowd: as in the figures
 
 export class Curves {
   /** `store` has model, curves by name, and the numbers of the pairs that are shown. */
-  constructor(store, onRange) {
-    this.store = store;
-    this.onRange = onRange;
+  constructor(store, onRange, onBand) {
+    Object.assign(this, { store, onRange, onBand }); // a band that is shown; one that is being chosen
     this.view = "";
     this.hidden = new Set();
     this.charts = []; // { plot, pair, quantity, readout }
@@ -112,7 +112,7 @@ export class Curves {
       bands: isError ? [] : [{ series: [2, 1], fill: colour("--band") }],
       hooks: {
         drawClear: isError ? [(u) => shadeNoise(u)] : [],
-        setCursor: [(u) => this.readouts(u)],
+        setCursor: [(u) => this.readouts(u), (u) => this.choosing(u)],
         setSelect: [(u) => this.selected(u)],
         ready: [(u) => this.listen(u)],
       },
@@ -205,9 +205,18 @@ export class Curves {
     plot.setScale("x", { min, max });
   }
 
+  /** The band that is being chosen, while it is. */
+  choosing(u) {
+    if (u.select.width >= LEAST_WIDTH) this.onBand(this.ends(u));
+  }
+
+  ends(u) {
+    return [u.select.left, u.select.left + u.select.width].map((place) => u.posToVal(place, "x"));
+  }
+
   selected(u) {
-    if (u.select.width < 4) return;
-    const ends = [u.select.left, u.select.left + u.select.width].map((place) => u.posToVal(place, "x"));
+    if (u.select.width < LEAST_WIDTH) return;
+    const ends = this.ends(u);
     u.setSelect({ left: 0, width: 0 }, false);
     this.zoom(ends);
   }

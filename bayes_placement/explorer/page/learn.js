@@ -86,7 +86,7 @@ export class Learn {
   }
 }
 
-const WORDS = { as_given: "Fitting as given", reach: "Looking where something may act", check_data: "Checking the data", next: "Searching where to measure next" };
+const WORDS = { as_given: "Fitting as given", band: "Looking where something acts in this band", reach: "Looking where something may act", check_data: "Checking the data", next: "Searching where to measure next" };
 
 /** Where one more measurement would decide most, with the gain of each place that was tried. */
 function nextMeasurement({ sentence, columns, rows, caption }) {

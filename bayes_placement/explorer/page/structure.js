@@ -1,5 +1,6 @@
 // The structure: sensors, tolerances, reach along it, effects that are dropped and dragged, modes.
 
+import { kindsOf } from "./band.js";
 import { colour, element, heat, make, oncePerFrame, paper, percent } from "./look.js";
 import { View } from "./view3d.js";
 
@@ -30,29 +31,26 @@ export class StructurePanel {
 
   /** Kinds of ports, as reach knows them. */
   reached() {
-    const kinds = this.store.reach.kinds.filter((kind) => !kind.is_channel && kind.curve.length);
-    if (!kinds.some((kind) => kind.acts_on === this.kind)) this.kind = kinds[0]?.acts_on ?? null;
+    const kinds = kindsOf(this.store);
+    this.best = kinds.find((kind) => kind.acts_on === this.kind) ?? kinds[0];
+    this.kind = this.best?.acts_on ?? null;
     element("kinds").replaceChildren(
       ...kinds.map((kind) => {
         const press = () => {
           this.kind = kind.acts_on;
           this.reached();
         };
-        const words = `${NAMES[kind.acts_on] ?? kind.acts_on} ${percent(kind.few_numbers)}`;
-        const title = `${kind.law_in_words}: removes ${percent(kind.few_numbers)} of the misfit, probability ${kind.best.probability.toPrecision(2)}`;
+        const words = `${NAMES[kind.acts_on] ?? kind.acts_on} ${inWords(kind)}`;
+        const title = kind.bound !== undefined ? "what any law could remove of the misfit of this band" : `${kind.law_in_words}: removes ${percent(kind.few_numbers)} of the misfit, probability ${kind.best.probability.toPrecision(2)}`;
         return make("button", { "aria-pressed": String(kind.acts_on === this.kind), title, onclick: press }, words);
       }),
     );
     this.draw();
   }
 
-  reach() {
-    return this.store.reach?.kinds.find((kind) => kind.acts_on === this.kind && !kind.is_channel);
-  }
-
   /** Where the best law of the present kind sits. */
   peak() {
-    const place = this.reach()?.best.place_m[0];
+    const place = this.best?.best.place_m[0];
     return place ? [0, 1, 2].map((i) => place[i] ?? 0) : null;
   }
 
@@ -61,7 +59,7 @@ export class StructurePanel {
     const { pen, width, height } = paper(this.canvas);
     this.view.fit(width, height, MARGIN);
     this.outline(pen);
-    const reach = this.reach();
+    const reach = this.best;
     if (reach && this.view.isLine && reach.best.place_m.length === 1) this.profile(pen, reach);
     else if (reach) this.spots(pen, reach);
     this.transducers(pen);
@@ -129,14 +127,14 @@ export class StructurePanel {
     pen.fillStyle = colour("--fitted");
     pen.font = "12px system-ui";
     pen.textAlign = "center";
-    pen.fillText(`★ ${percent(reach.few_numbers)} here`, Math.max(44, Math.min(this.canvas.clientWidth - 44, x)), base - room - 8);
+    pen.fillText(`★ ${inWords(reach)} here`, Math.max(44, Math.min(this.canvas.clientWidth - 44, x)), base - room - 8);
     pen.textAlign = "start";
   }
 
   spots(pen, reach) {
     for (const place of reach.curve) {
       const [x, y] = this.view.toScreen([0, 1, 2].map((i) => place.place_m[0][i] ?? 0));
-      const share = place.few_numbers ?? 0;
+      const share = place.few_numbers ?? place.any_law ?? 0;
       pen.fillStyle = heat(10 ** (3 * share));
       pen.globalAlpha = 0.25 + 0.65 * share;
       pen.beginPath();
@@ -323,6 +321,9 @@ export class StructurePanel {
     this.draw();
   }
 }
+
+/** How much of the misfit a law removes; of a band that is being chosen, at most. */
+const inWords = (kind) => (kind.bound === undefined ? percent(kind.few_numbers) : `≤ ${percent(kind.bound)}`);
 
 function triangle(pen, x, y, side) {
   pen.beginPath();

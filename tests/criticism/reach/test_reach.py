@@ -91,6 +91,25 @@ def test_no_law_removes_more_than_any_law():
     assert spread > 0.1 and along["any_law"].max() > 0.99
 
 
+def test_any_law_within_a_band_is_that_of_its_lines():
+    found = reached(maxwell, False)
+    whole = np.arange(LINES.size)
+    # All unknowns are fitted at ports; channels that cannot be it are fitted to first order.
+    at_ports = ~found.curves["acts_on"].isin(["channel", "all_channels"]).to_numpy()
+    known = found.curves["any_law"].to_numpy()
+    np.testing.assert_allclose(found.any_law_within(whole)[at_ports], known[at_ports], atol=1e-6)
+    # What laws leave in two halves is what they leave of the whole.
+    low, high = np.array_split(whole, 2)
+    by_line, weights = found.by_line, []
+    for part in (low, high):
+        weights.append(by_line.given[part].sum() - by_line.count[part].sum())
+    shares = [found.any_law_within(part)[at_ports] for part in (low, high)]
+    inside = np.all([(share > 0) & (share < 1) for share in shares], axis=0)
+    assert inside.any()
+    mean = np.average(shares, axis=0, weights=weights)
+    np.testing.assert_allclose(mean[inside], known[at_ports][inside], atol=1e-6)
+
+
 def test_reach_is_told_in_words():
     found = reached(maxwell, False)
     assert found.words()[0].startswith("displacement at 2")

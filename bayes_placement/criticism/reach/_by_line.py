@@ -1,0 +1,61 @@
+"""What any law leaves of the misfit line by line, so that each part of the band has its bound."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ...inference.residuals import Problem
+from ._at_port import Point, ReachOfPort
+from ._free_law import complex_residuals, in_parts, tells_phase
+
+OF_LAW = 2
+"""Numbers that a free law takes at each line, whatever they explain."""
+
+
+class LeftByLine(NamedTuple):
+    """Sums of squares at each line, with all unknowns as fitted to the whole band.
+
+    Parameters
+    ----------
+    given
+        Of the model as given.
+    left
+        With a law that may be any, for each row of `Reach.curves`.
+    count
+        Numbers that were measured there.
+    """
+
+    given: Float[np.ndarray, "line"]
+    left: Float[np.ndarray, "row line"]
+    count: Int[np.ndarray, "line"]
+
+    def any_law(self, lines: Any) -> Float[np.ndarray, "row"]:
+        """Share of the misfit above noise at some lines that any law could remove [1]."""
+        given, freed = self.given[lines].sum(), OF_LAW * self.given[lines].size
+        above = given - self.count[lines].sum()
+        left = self.left[:, lines].sum(axis=1) + freed
+        return np.clip((given - left) / above, 0.0, 1.0) if above > 0 else 0.0 * left
+
+
+def left_by_line(problem: Problem, point: Point, reaches: Sequence[Any]) -> LeftByLine | None:
+    """Return what laws leave at each line; None of amplitudes and modes, and of two states."""
+    is_known = problem.baseline is None and tells_phase(problem)
+    if not is_known or not all(isinstance(reached, ReachOfPort) for reached in reaches):
+        return None
+    residual = complex_residuals(problem.squares.residuals(point[None])[0], problem)
+    left = np.concatenate([_left(reached) for reached in reaches])
+    measured = np.asarray(problem.data.measured)
+    count = measured.reshape(-1, measured.shape[-1]).sum(axis=0)
+    return LeftByLine(_squares(residual)[0], left, count)
+
+
+def _left(reached: ReachOfPort) -> Float[np.ndarray, "place line"]:
+    parts = (reached.free.at(points) for points in in_parts(reached.points, reached.problem))
+    return np.concatenate([_squares(at.left(at.best())) for at in parts])
+
+
+def _squares(residual: Any) -> Float[np.ndarray, "point line"]:
+    squares: np.ndarray = np.sum(np.abs(residual) ** 2, axis=1)
+    return squares
