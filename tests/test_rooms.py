@@ -11,7 +11,7 @@ PACKAGE = Path(__file__).parents[1] / "bayes_placement"
 # A room imports from the rooms before it, never from those after it; all use the shared modules.
 ROOMS = (
     *("positions", "modes", "laws", "effects", "experiment", "inference", "criticism", "design"),
-    *("io", "plots", "explorer", "cli"),
+    *("io", "page", "plots", "explorer", "cli"),
 )
 SHARED = ("_types", "_compiled", "_processes", "_ranges", "_sites", "_files")
 MOST_AT_ROOT = 10

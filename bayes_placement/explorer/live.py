@@ -10,11 +10,11 @@ from .._types import PackageError
 from ..criticism.missing.ledger import Ledger
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
+from ..page.frames import packed
 from .actions import Action, Drawn, Moved, Refitted, Removed, ValuedModel
 from .band import Band, ChosenBand, lines_within
 from .candidates import Position, added, placed_at
 from .found import actions_of, ledger_for_page, reach_arrays, reach_for_page
-from .frames import packed
 from .messages import Message
 from .page_frames import (
     Surroundings,

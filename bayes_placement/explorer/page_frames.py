@@ -11,9 +11,9 @@ from ..criticism.check.correlation import mac
 from ..criticism.findings._shapes import outline_of, shapes
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
+from ..page.frames import packed
 from ..positions._outlines import outline_of as tolerance_of
 from ..positions.vectors import unit_vector
-from .frames import packed
 from .kept import KeptPage
 from .response import Response, coherence_rows, measured_rows, pair_labels
 from .session import Session

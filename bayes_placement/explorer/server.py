@@ -8,8 +8,8 @@ import traceback
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from functools import partial
-from pathlib import Path
 from threading import Event, Lock, Thread
 
 import uvicorn
@@ -20,12 +20,12 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from .._types import InputError
+from ..page.standalone import FOLDER
 from .live import LivePage
 from .messages import LONGEST, Message, MessageError, parsed
 
 HOST = "127.0.0.1"
 
-FOLDER = Path(__file__).parent / "page"
 
 KINDS = {
     ".html": "text/html; charset=utf-8",
@@ -119,6 +119,7 @@ class PageServer:
         self._socket = _listening(port)
         self.port: int = self._socket.getsockname()[1]
         self._sockets: dict[WebSocket, asyncio.Queue[bytes]] = {}
+        self._cells: list[Callable[[bytes], None]] = []
         self._waiting: deque[Message] = deque()
         self._lock = Lock()
         self._turns = ThreadPoolExecutor(1, thread_name_prefix="explorer")
@@ -138,6 +139,17 @@ class PageServer:
         self._thread.start()
         self._started.wait()
         self._post(self.page.prepare)
+
+    def attach(self, hear: Callable[[bytes], None]) -> None:
+        """Send all frames to one more page, which is shown by no socket, from the first one on."""
+        if hear not in self._cells:
+            self._cells.append(hear)
+        self._post(self.page.greet)
+
+    def take(self, text: str) -> None:
+        """Take a message of such a page; one that no page sends is left."""
+        with suppress(MessageError):
+            self._take(parsed(text))
 
     def wait(self) -> None:
         """Wait until it is closed."""
@@ -186,6 +198,8 @@ class PageServer:
 
     def _broadcast(self, frame: bytes) -> None:
         """Send a frame to all pages, from any thread."""
+        for hear in self._cells:
+            hear(frame)
         if self._loop is not None and not self._loop.is_closed():
             self._loop.call_soon_threadsafe(self._put, frame)
 

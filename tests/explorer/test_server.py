@@ -15,9 +15,9 @@ import bayes_placement as bp
 from bayes_placement._types import InfeasibleError, InputError
 from bayes_placement.explorer.band import ChosenBand, lines_within
 from bayes_placement.explorer.candidates import added
-from bayes_placement.explorer.frames import packed, unpacked
 from bayes_placement.explorer.live import LivePage
 from bayes_placement.explorer.messages import LONGEST, MessageError, parsed
+from bayes_placement.page.frames import packed, unpacked
 from tests.criticism import small
 
 ASKED = []

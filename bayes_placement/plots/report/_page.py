@@ -8,8 +8,9 @@ from importlib.resources import files
 from typing import Any, NamedTuple
 from urllib.parse import quote
 
+from ...page import standalone
 from ._svg import with_prefixed_identifiers, with_theme
-from .content import Cell, Drawing, Item, MovingShapes
+from .content import Cell, Drawing, Interactive, Item, MovingShapes
 from .report import FOLDED, Chapter, Report
 
 SAFE_IN_ADDRESS = ",.;:-+_()[]^~*/"
@@ -53,6 +54,12 @@ def page(report: Report) -> str:
     tags = dict.fromkeys(
         tag for chapter in report.chapters for item in chapter.items for tag in item.tags
     )
+    is_interactive = any(
+        isinstance(item.content, Interactive)
+        for chapter in report.chapters
+        for item in chapter.items
+    )
+    inner = [standalone.script_hash()] if is_interactive else []
     return environment.get_template("report.html").render(
         report=report,
         date=max((chapter.created for chapter in report.chapters), default="")[:10],
@@ -60,7 +67,8 @@ def page(report: Report) -> str:
         tags=list(tags),
         style=_template("report.css"),
         script=script,
-        script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+        hashes=[base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(), *inner],
+        inner_page=standalone.compressed(standalone.page().encode()) if inner else "",
     )
 
 

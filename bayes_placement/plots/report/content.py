@@ -1,5 +1,6 @@
-"""What stands in a report: texts, tables, figures and moving shapes, as JSON and back."""
+"""What stands in a report: texts, tables, figures, what moves, as JSON and back."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, TypeAlias
@@ -149,13 +150,42 @@ class MovingShapes(NamedTuple):
         return Table(("model", "mode", "natural frequency [Hz]", *places, *shifts), rows)
 
 
-Content: TypeAlias = Text | Table | Drawing | MovingShapes
+class Interactive(NamedTuple):
+    """Channels, matrix and structure on a page that can be zoomed, turned and switched."""
+
+    frames: str
+    """What it shows, as letters: see `page/standalone.py`."""
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the letters."""
+        return {"frames": self.frames}
+
+    @classmethod
+    def from_json(cls, stated: Mapping[str, Any]) -> "Interactive":
+        """Read letters; no others than these get into the page."""
+        frames = str(stated["frames"])
+        if not _LETTERS.fullmatch(frames):
+            raise InputError(
+                f'Frames of an interactive page were given that begin with "{frames[:40]}"; base64 '
+                "is needed, since they become a part of a page. Run the command again."
+            )
+        return cls(frames)
+
+    @property
+    def data(self) -> None:
+        """The figures beside it have its numbers."""
+
+
+_LETTERS = re.compile(r"[A-Za-z0-9+/]+=*")
+
+Content: TypeAlias = Text | Table | Drawing | MovingShapes | Interactive
 
 KINDS: dict[str, Any] = {
     "text": Text,
     "table": Table,
     "figure": Drawing,
     "moving_shapes": MovingShapes,
+    "interactive": Interactive,
 }
 """Kinds of content by their names in JSON."""
 

@@ -380,6 +380,12 @@ def test_the_page_opens_without_a_network_and_without_trouble(folder):
         page.wait_for_timeout(300)
         assert page.trouble == []
         assert page.title().startswith("bar_with_a_mass")
+        inner = page.frame_locator("iframe.page")
+        inner.locator(".u-over").first.wait_for()
+        assert inner.locator("#matrix button[aria-pressed=true]").count() == 1
+        assert inner.locator("#add").is_hidden()  # it is looked at, and nothing is changed
+        inner.locator("#modes").click()
+        assert "Hz" in inner.locator("#mode-list").inner_text()
         heights = page.evaluate("[...document.querySelectorAll('svg')].map(s => s.clientHeight)")
         assert min(heights) > 50
         for width in (1200, 390):  # a telephone

@@ -16,10 +16,13 @@ import pytest
 from matplotlib.figure import Figure
 
 import bayes_placement as bp
+from bayes_placement.page import standalone
+from bayes_placement.page.frames import packed
+from bayes_placement.page.standalone import kept_frames
 from bayes_placement.plots.report import Report
 from bayes_placement.plots.report._photo import embedded
 from bayes_placement.plots.report._style import thinned
-from bayes_placement.plots.report.content import Item, MovingShapes, Table, Text
+from bayes_placement.plots.report.content import Interactive, Item, MovingShapes, Table, Text
 from bayes_placement.plots.report.report import Chapter
 
 SCHEMA = json.loads((files("bayes_placement.plots.report") / "schema.json").read_text())
@@ -90,13 +93,15 @@ def filled():
         marks=[{"name": "s1", "kind": "sensor", "at": [0.5, 0.0, 0.0]}],
     )
     report.chapters[0].items.append(Item("Mode shapes", "Shapes", shapes, "One mode.", ("modes",)))
+    channels = Interactive(kept_frames([packed({"is": "busy", "words": "Nothing."}, {})]))
+    report.chapters[0].items.append(Item("Measured and model", "All", channels, "", ()))
     return report
 
 
 def test_a_page_is_valid_and_asks_for_nothing(filled, tmp_path):
     tree = check_page(filled.write(tmp_path / "report.html"))
     headings = ["".join(h.itertext()) for h in tree.iter("h2")]
-    assert headings == ["Verdict", "Comments", "Mode shapes"]
+    assert headings == ["Verdict", "Comments", "Measured and model", "Mode shapes"]
     assert "".join(next(tree.iter("h1")).itertext()) == "Bar with a clamp"
     about = ["".join(part.itertext()) for part in next(tree.iter("dl"))]
     assert about[:2] == ["ClientCity", "AuthorA. B."]
@@ -252,7 +257,7 @@ def test_a_second_state_keeps_the_first_and_all_comments(filled):
     assert second.verdict == "A mass is new."
     sentences = [item.content.sentences for item in second.items]
     assert sentences == [("Mass.",), ("Warmer than before.",)]
-    assert len(filled.chapters[0].items) == 5
+    assert len(filled.chapters[0].items) == 6
 
 
 def test_sections_come_in_one_order_and_new_ones_last():
@@ -297,6 +302,22 @@ def test_a_report_of_any_origin_brings_no_script(filled, tmp_path):
     (tmp_path / "report.json").write_text(evil)
     with pytest.raises(ValueError, match=r"A figure with onload was given"):
         Report.read(tmp_path / "report.html")
+
+
+def test_frames_of_an_interactive_page_are_letters_and_nothing_else(filled):
+    stated = filled.chapters[0].items[-1].to_json()
+    stated["content"]["frames"] = '"></iframe><script>'
+    with pytest.raises(ValueError, match="base64 is needed"):
+        Item.from_json(stated)
+
+
+def test_all_modules_of_the_page_are_one_script_with_its_licence():
+    script = standalone.script()
+    modules = sorted(path.stem for path in standalone.FOLDER.glob("*.js"))
+    assert all(f"const module_{name} = (" in script for name in modules)
+    assert "Permission is hereby granted" in script
+    ours = script.partition("const module_look")[2]
+    assert not re.search(r"^(import|export) ", ours, re.MULTILINE)
 
 
 def test_an_item_of_an_unknown_kind_is_refused(filled):

@@ -28,7 +28,7 @@ def items(saved: Saved) -> Iterator[Item]:
     if saved.about.get("moved"):
         moved = tuple(str(sentence) for sentence in saved.about["moved"])
         yield Item(RESPONSES, "What the fit moved", Text(moved), tags=("response", "unknowns"))
-    channels = [_flat(fit) for fit in named.values()]
+    channels = [flat(fit) for fit in named.values()]
     order = _by_error(channels[[*named].index(saved.models[0])])
     if len(order) > MOST_CHANNELS:
         words = (
@@ -41,7 +41,7 @@ def items(saved: Saved) -> Iterator[Item]:
         yield _item(pairs)
 
 
-def _flat(fit: xr.Dataset) -> xr.Dataset:
+def flat(fit: xr.Dataset) -> xr.Dataset:
     """Put sensors, actuators and force levels into one dimension."""
     dimensions = [word for word in ("sensor", "actuator", FORCE_LEVEL) if word in fit.dims]
     return fit.stack(channel=dimensions, create_index=False)

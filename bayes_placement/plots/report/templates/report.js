@@ -33,6 +33,16 @@
   for (const box of boxes) box.addEventListener("change", filter);
   filter();
 
+  // Pages within the page: one text for all, each with frames of its own. On paper figures stand.
+  const fillPages = async () => {
+    const letters = JSON.parse(document.getElementById("inner-page").textContent);
+    const bytes = Uint8Array.from(atob(letters), (letter) => letter.charCodeAt(0));
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+    const text = await new Response(stream).text();
+    for (const frame of all("iframe.page")) frame.srcdoc = text.replace("@frames@", frame.dataset.frames);
+  };
+  if (document.getElementById("inner-page")) fillPages();
+
   // Structures that move: an orthographic view, turned by dragging.
   const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
   const viewers = [];

@@ -249,9 +249,8 @@ export class StructurePanel {
       pen.fillStyle = colour("--ink");
       const words = this.view.isLine ? `${name} ${(1e3 * at[0]).toFixed(0)} mm` : name;
       const width = pen.measureText(words).width;
-      pen.textAlign = x + width + 16 > this.canvas.clientWidth ? "end" : "start";
-      pen.fillText(words, x + (pen.textAlign === "end" ? -13 : 13), y + (this.view.isLine ? 46 : 4));
-      pen.textAlign = "start";
+      const left = Math.max(4, Math.min(x + 13, this.canvas.clientWidth - width - 4));
+      pen.fillText(words, left, y + (this.view.isLine ? 46 : left < x ? 24 : 4));
     }
   }
 

@@ -6,7 +6,7 @@ import { element, make, percent, three } from "./look.js";
 import { Matrix } from "./matrix.js";
 import { Modes } from "./modes.js";
 import { Parameters } from "./parameters.js";
-import { Link } from "./socket.js";
+import { linked } from "./socket.js";
 import { Steps } from "./steps.js";
 import { StructurePanel } from "./structure.js";
 
@@ -210,6 +210,13 @@ document.addEventListener("keydown", (event) => {
   send({ do: word });
 });
 
+// What holds this page gives it the height that it needs.
+if (location.protocol === "about:") {
+  new ResizeObserver(() => {
+    if (window.frameElement) window.frameElement.style.height = `${document.body.scrollHeight + 2}px`;
+  }).observe(document.body);
+}
+
 const dark = matchMedia("(prefers-color-scheme: dark)");
 function theme(isDark) {
   document.documentElement.toggleAttribute("data-dark", isDark);
@@ -224,7 +231,7 @@ dark.onchange = () => theme(dark.matches);
 element("theme").onclick = () => theme(!document.documentElement.hasAttribute("data-dark"));
 theme(dark.matches);
 
-const link = new Link(
+const link = linked(
   (header) => HEARD[header.is]?.(header),
   (isThere) => {
     element("trouble").hidden = isThere;

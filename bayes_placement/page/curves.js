@@ -53,8 +53,12 @@ export class Curves {
       this.legend();
       this.setData();
     };
-    const label = name === "now" ? "as it stands" : this.store.curves[name]?.title || name;
+    const label = this.named(name);
     return make("button", { "aria-pressed": String(!this.hidden.has(name)), onclick: press }, swatch, label);
+  }
+
+  named(name) {
+    return this.store.curves[name]?.title || (name === "now" ? "as it stands" : name);
   }
 
   /** Make the charts of all shown channels anew. */
@@ -277,7 +281,7 @@ export class Curves {
     };
     value("measured", "--data", at(model.measured));
     for (const { name, colour: variable } of CURVES) {
-      if (curves[name] && !this.hidden.has(name)) value(name === "now" ? "as it stands" : name, variable, at(curves[name].predicted));
+      if (curves[name] && !this.hidden.has(name)) value(this.named(name), variable, at(curves[name].predicted));
     }
     words.push(` ${unitOf(chart.quantity, unit)} · error ${three(rowOf(curves.now.error, chart.pair)[line])} σ`);
     return words;

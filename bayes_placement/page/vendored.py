@@ -22,7 +22,7 @@ FILES = {
 }
 """Files of the archive, and their names here."""
 
-FOLDER = Path(__file__).parent / "page" / "vendor"
+FOLDER = Path(__file__).parent / "vendor"
 
 
 def fetch(folder: Path = FOLDER) -> None:
