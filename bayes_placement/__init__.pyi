@@ -6,9 +6,13 @@ from . import (
     plots,
     positions,
 )
-from .criticism.check import check
+from .criticism.check.check import check
 from .criticism.compare import compare
-from .criticism.missing import Policy, decide, explain, improve, reach
+from .criticism.missing.decide import decide
+from .criticism.missing.explain import explain
+from .criticism.missing.improve import improve
+from .criticism.missing.reach import reach
+from .criticism.missing.table import Policy
 from .design import information, information_map, place
 from .experiment import (
     Actuator,

@@ -8,10 +8,11 @@ import numpy as np
 import xarray as xr
 
 from ..criticism.check.misfit import Misfit
-from ..criticism.findings import ABOUT, Model, draws_of_result, findings, models_of
-from ..criticism.fitted import AS_DRAWN, in_scalars
+from ..criticism.findings.findings import ABOUT, Model, draws_of_result, findings, models_of
+from ..criticism.fitted import AS_DRAWN
 from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.ranking import Ranking
+from ..criticism.values import in_scalars
 from ..design.next_measurement import next_measurement
 from ..experiment.experiment import Experiment, Measurements
 from ..inference.alternative_explanation import draws_of

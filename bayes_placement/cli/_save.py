@@ -7,12 +7,10 @@ import os
 import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from .._files import write_atomically
 from .._types import UsageError
-from ..criticism.missing.fitted_model import FittedModel
-from ..criticism.missing.ledger import Ledger
 from ..effects.effect import Effect
 from ..effects.library import kind_of
 from ..experiment.experiment import Experiment
@@ -20,6 +18,10 @@ from ..io._modal_files import holds_modal_parameters
 from ..io.case._completed import write_completed
 from ..io.case._effects import candidate_place
 from ._as_typed import effect_as_typed, imports_of
+
+if TYPE_CHECKING:
+    from ..criticism.missing.fitted_model import FittedModel
+    from ..criticism.missing.ledger import Ledger
 
 HEAD = '''\
 """The model of {model} with the effects it lacked: {effects}.
@@ -83,7 +85,7 @@ class CompletedModel(NamedTuple):
     data: Path | None
     model_error: bool
 
-    def write(self, experiment: Experiment, ledger: Ledger) -> None:
+    def write(self, experiment: Experiment, ledger: "Ledger") -> None:
         """Write the model as it was given, and the effects of the ledger."""
         known = {effect.name for effect in experiment.effects}
         added = [effect for effect in ledger.experiment.effects if effect.name not in known]
@@ -171,7 +173,7 @@ def completed_model(
     return CompletedModel(path, model, data, model_error)
 
 
-def _sizes_in_words(effect: Effect, found: FittedModel) -> str:
+def _sizes_in_words(effect: Effect, found: "FittedModel") -> str:
     numbers = found.estimates_of(effect.name).items()
     return ", ".join(f"{word} {item.with_interval()}" for word, item in numbers)
 

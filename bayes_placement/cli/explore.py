@@ -12,7 +12,6 @@ from ..explorer.opened import Given, opened
 from ..inference.engines import MAP
 from ..io._gate import files_read
 from ._explored_model import explored_model
-from ._findings import FINDINGS, of_check
 from ._inputs import Inputs, infer_posterior, named_method, print_data_faults, read_both
 from ._lines import choose_lines
 from ._missing_effects import Request
@@ -120,6 +119,7 @@ def _report(inputs: Inputs, page: "LivePage") -> Path:
     from ..plots.report import write_report
     from . import check as check_command
     from . import improve as improve_command
+    from ._findings import FINDINGS, of_check
 
     run = inputs.run
     if page.ledger is not None:

@@ -3,20 +3,17 @@
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 import xarray as xr
 
 from .._compiled import compiled
-from .._types import Response
 from ..experiment.experiment import FORCE_LEVEL, Experiment, Measurements
-from ..experiment.noise import Data
 from ..inference.bands import amplitude
-from ..inference.estimates import from_scalars, scalars
 from ..inference.results import outputs
 from ..positions.vectors import Recorded
 from .locations import effect_locations
 from .missing.ledger import Ledger
+from .values import in_scalars, prediction, with_arrays
 
 AS_DRAWN, AS_GIVEN = "as drawn", "as given"
 """Names of the model at recorded positions and means of priors, and of the same once fitted."""
@@ -160,43 +157,6 @@ def effect_places(ledger: Ledger) -> dict[str, Recorded]:
         What `improve` returned.
     """
     return effect_locations(ledger.experiment, ledger.steps[-1].values)
-
-
-def with_arrays(experiment: Experiment, values: Mapping[str, float]) -> dict[str, Any]:
-    """Values of the unknowns by name, the elements of an array put together.
-
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    values
-        Value of every unknown, elements of arrays one by one (`structure.damping.ratio[0]`).
-    """
-    shapes = {unknown.name: unknown.distribution.shape() for unknown in experiment.unknowns}
-    return from_scalars(shapes, values)
-
-
-def in_scalars(values: Mapping[str, Any]) -> dict[str, float]:
-    """Values by name, the elements of an array one by one; what `with_arrays` puts together.
-
-    Parameters
-    ----------
-    values
-        Value of every unknown, arrays together.
-    """
-    return {
-        word: float(value[0, 0])
-        for name, known in values.items()
-        for word, value in scalars(name, np.asarray(known)[None, None])
-    }
-
-
-def prediction(concrete: Experiment, data: Data) -> tuple[Response, Response]:
-    """Predicted outputs and the variance of the noise of each, of a model without unknowns."""
-    assert concrete.noise is not None
-    predicted = concrete.predict()
-    error = concrete.noise.distribution(predicted, data)
-    return predicted, jnp.broadcast_to(error.variance, predicted.shape)
 
 
 def _over_parts(squares: np.ndarray, part: int | None) -> Any:

@@ -10,7 +10,7 @@ from .._compiled import compiled
 from ..experiment.experiment import Experiment
 from ..experiment.modal_parameters import DAMPING, FREQUENCY, SHAPE, ModalParameters
 from ..experiment.observed_modes import ModesOfModel
-from .fitted import with_arrays
+from .values import with_arrays
 
 FURTHER_MODES = 2
 """Modes of the model, above those that were measured, whose shapes are compared as well."""

@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Complex, Float
 from scipy.ndimage import median_filter
-from scipy.special import polygamma
-from scipy.stats import norm
+from scipy.special import ndtri, polygamma
 
 from .pooled_variance import neighbours, pooled
 
@@ -114,7 +113,7 @@ def correlated_lines(variance: Pairs, averages: float) -> float | None:
     records make neighbours alike. There, twice the distance changes the scatter by less than 2,
     while it multiplies that of a variance that is known, or was smoothed, by 4.
     """
-    expected = norm.ppf(0.75) * np.sqrt(6 * polygamma(1, averages - 1))
+    expected = ndtri(0.75) * np.sqrt(6 * polygamma(1, averages - 1))
     for distance in DISTANCES:
         near, far = (_scatter(variance, lines) / expected for lines in (distance, 2 * distance))
         if near >= ALIKE:

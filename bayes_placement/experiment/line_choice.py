@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.signal import find_peaks
 
 from .._types import InputError, Spectrum, check_kind, shown
 from ._noise_level import noise_variance, scatter_variance
@@ -86,6 +85,8 @@ def peaks_at_ends(run: "Measurement") -> Int[np.ndarray, "peak"]:
 
 def _peaks(indicator: Spectrum, prominence: Spectrum) -> Int[np.ndarray, "peak"]:
     """Peaks of an indicator whose log stands out by its prominence above the nearest valley."""
+    from scipy.signal import find_peaks  # it takes long to import
+
     level = np.log(np.maximum(indicator, np.finfo(float).tiny))
     peaks, properties = find_peaks(level, prominence=0.0)
     return np.asarray(peaks[properties["prominences"] > prominence[peaks]])

@@ -6,7 +6,7 @@ Few repeats know the variance of a line badly: the mean of 1 / variance over n r
 
 import numpy as np
 from scipy.ndimage import convolve1d
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from .._types import Spectrum
 
@@ -61,7 +61,7 @@ def pooled(
 def _most(averages: float) -> float:
     """Ratio to its mean that a variance exceeds with the least probability."""
     degrees = 2 * (averages - 1)
-    return float(chi2.isf(LEAST_PROBABILITY, degrees) / degrees)
+    return float(chdtri(degrees, LEAST_PROBABILITY) / degrees)
 
 
 def _levels(values: Spectrum, shape: Spectrum, most: float, count: int) -> Spectrum:

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import median_filter
-from scipy.stats import gamma
+from scipy.special import gammaincinv
 
 if TYPE_CHECKING:
     from .measurement import Measurement
@@ -92,7 +92,7 @@ def _residual(frf: Complex[np.ndarray, "frequency"], step: int) -> Lines:
 def _smooth_level(residual: Lines, size: Lines) -> Lines:
     """Level whose share of a size is a median over neighbouring fits."""
     share = residual / np.maximum(size, np.finfo(float).tiny)
-    median_of_one = gamma.median(FREE) / FREE
+    median_of_one = gammaincinv(FREE, 0.5) / FREE
     # 1 / variance is too large on the average, but less where the own error of a line is large:
     # the two cancel within 4 %.
     level = median_filter(share, WINDOWS, mode="nearest") / median_of_one

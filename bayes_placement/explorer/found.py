@@ -28,7 +28,7 @@ def reach_for_page(reach: Reach) -> dict[str, Any]:
     kinds = [
         {
             **kind,
-            "rows": rows[kind["acts_on"]].tolist(),
+            "rows": np.asarray(rows[kind["acts_on"]]).tolist(),
             "is_channel": kind["acts_on"] in CHANNELS,
             "law_in_words": reach.kinds()["law"][kind["acts_on"]].in_words(),
             "few_numbers": float(reach.kinds()["few_numbers"][kind["acts_on"]]),

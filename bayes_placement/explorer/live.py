@@ -7,14 +7,12 @@ from types import MappingProxyType
 from typing import Any
 
 from .._types import PackageError
-from ..criticism.missing.ledger import Ledger
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
 from ..page.frames import packed
 from .actions import Action, Drawn, Moved, Refitted, Removed, ValuedModel
 from .band import Band, ChosenBand, lines_within
 from .candidates import Position, added, placed_at
-from .found import actions_of, ledger_for_page, reach_arrays, reach_for_page
 from .messages import Message
 from .page_frames import (
     Surroundings,
@@ -26,8 +24,7 @@ from .page_frames import (
 from .response import Response, ResponseOf, items_of
 from .session import Session
 from .sliders import Slider, sliders
-from .worker import Told, Worker
-from .worker_process import AskedOfWorker
+from .worker import AskedOfWorker, Told, Worker
 
 NOW, DRAWN, FITTED, COMPLETED = "now", "as drawn", "fitted as given", "completed"
 COMPARED = "compared"
@@ -59,7 +56,7 @@ class LivePage:
         post: Callable[[Callable[[], None]], None],
     ):
         self.session, self.around = session, around
-        self.ledger: Ledger | None = None
+        self.ledger: Any = None
         self._send = send
         self.data: Data = session.model.experiment.data(session.measurement)
         self._responses: dict[int, ResponseOf] = {}
@@ -244,8 +241,10 @@ class LivePage:
             self._tell_found("next", told.content)
             self._tell("background", task=task, share=1.0)
         else:
-            found = {**reach_for_page(told.content), "of": self.session.states[state].title}
-            self._tell_found("reach", found, reach_arrays(told.content))
+            from . import found
+
+            told_of = {**found.reach_for_page(told.content), "of": self.session.states[state].title}
+            self._tell_found("reach", told_of, found.reach_arrays(told.content))
             self._tell("background", task=task, share=1.0)
 
     def _end_band(self, told: Told) -> None:
@@ -253,7 +252,9 @@ class LivePage:
         self._tell("background", task="band", share=1.0, words=words)
         band = self._band.ended()
         if band is not None and not words:
-            self._tell("band", band=band, **reach_for_page(told.content))
+            from . import found
+
+            self._tell("band", band=band, **found.reach_for_page(told.content))
 
     def _hear_at_hand(self, told: Told) -> None:
         """Hear of a fit or a search, unless it was stopped meanwhile."""
@@ -277,16 +278,18 @@ class LivePage:
         else:
             self._take_over(told.content)
 
-    def _take_over(self, ledger: Ledger) -> None:
+    def _take_over(self, ledger: Any) -> None:
         """Make each step of a ledger a state, from the one at which the search began."""
+        from . import found  # it takes long to import, and the page stands before
+
         self.ledger = ledger
         begun = self.session.current
-        for action in actions_of(ledger, self._asked_for()):
+        for action in found.actions_of(ledger, self._asked_for()):
             self.session.go(begun)
             self.session.do(action)
             response = self.response(self.session.model)
             self.session.chi2[self.session.current] = response.chi2
-        self._tell_found("ledger", ledger_for_page(ledger))
+        self._tell_found("ledger", found.ledger_for_page(ledger))
         self._tell("background", task="next", share=0.0)
         self._begin_in_background("next", begun, alternatives=ledger.alternatives)
         if ledger.steps[-1].effects:

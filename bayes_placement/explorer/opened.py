@@ -7,7 +7,6 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .._types import InfeasibleError, InputError, arguments_checked
-from ..criticism.missing._before_and_after import state_of
 from ..criticism.missing._candidates import check_experiment
 from ..experiment.experiment import Experiment, Measurements
 
@@ -151,6 +150,7 @@ def opened(
     experiment: Experiment, measurement: Measurements, baseline: Measurements | None, given: Given
 ) -> Explorer:
     """Open a page, and take up what was done on it before."""
+    # What takes long to import comes once the page stands.
     from .kept import FOLDER, kept_page
     from .live import LivePage
     from .page_frames import Surroundings
@@ -169,6 +169,8 @@ def opened(
             "deviations: noise=bp.noise.FromCoherence(), or noise.Gaussian(sigma)."
         )
     if baseline is not None:
+        from ..criticism.missing._before_and_after import state_of
+
         state_of(experiment, baseline)  # refused now, rather than by the worker
     folder = given.folder
     session = Session(experiment, measurement, given.head or HEAD)

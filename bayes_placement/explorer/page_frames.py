@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..criticism.check.correlation import mac
-from ..criticism.findings._shapes import outline_of, shapes
+from ..criticism.findings._shapes import outline_of, points_and_lines, shapes
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
 from ..page.frames import packed
@@ -28,13 +28,13 @@ DIGITS = 6
 
 def structure_for_page(experiment: Experiment) -> dict[str, Any]:
     """Return points [m] and lines of a structure, its transducers with axes and tolerances."""
-    outline = outline_of(experiment)
+    outline = points_and_lines(experiment)
     bounds = experiment.structure.modes.bounds()
     low, high = (np.resize(np.pad(np.atleast_1d(end), (0, 2)), 3) for end in bounds)
     return {
-        "points": _rounded(outline["point"].values),
-        "lines": outline["line"].values.tolist(),
-        "on_a_line": bool(outline.attrs["on_a_line"]),
+        "points": _rounded(outline.points),
+        "lines": outline.lines.tolist(),
+        "on_a_line": outline.on_a_line,
         "low": _rounded(low),
         "high": _rounded(high),
         "transducers": [

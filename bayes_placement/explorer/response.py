@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._compiled import Bound, compiled, of_jax
-from ..criticism.fitted import prediction, with_arrays
+from ..criticism.values import prediction, with_arrays
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.force_levels import at_levels
 from ..experiment.noise import Data

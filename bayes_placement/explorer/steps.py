@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from ..criticism.missing.from_values import fitted_from
 from ..experiment.experiment import Experiment, Measurements
 from ..inference.estimates import scalars
 from .response import ResponseOf
@@ -56,6 +55,8 @@ def fit(
     >>> abs(fitted["structure.damping.ratio"] - 0.04) < 0.001
     True
     """
+    from ..criticism.missing.from_values import fitted_from  # the page stands before it is needed
+
     return fitted_from(experiment, measurement, values, lambda values: None)
 
 

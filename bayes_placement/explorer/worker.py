@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from pathlib import Path
 from queue import SimpleQueue
 from threading import Lock, Thread
 from typing import IO, Any, NamedTuple
@@ -15,6 +16,7 @@ import cloudpickle
 import jax
 
 from .._processes import SETTINGS
+from ..experiment.experiment import Experiment, Measurements
 
 LENGTH = struct.Struct("<Q")
 """Length of a message in bytes, ahead of it."""
@@ -35,6 +37,18 @@ class Told(NamedTuple):
     sentence."""
     content: Any
     """The same."""
+
+
+class AskedOfWorker(NamedTuple):
+    """What a task is about."""
+
+    experiment: Experiment
+    measurement: Measurements
+    """The model with its effects, and what was measured."""
+    baseline: Measurements | None
+    """An earlier state, or None."""
+    store: Path | None
+    """Folder in which fits are kept, or None."""
 
 
 class Worker:

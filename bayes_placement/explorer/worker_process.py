@@ -7,8 +7,7 @@ import threading
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 
@@ -20,27 +19,14 @@ from ..criticism.missing.from_values import fitted_from
 from ..criticism.missing.improve import improve
 from ..criticism.missing.reach import reach
 from ..design.next_measurement import next_measurement
-from ..experiment.experiment import Experiment, Measurements
 from ..experiment.resized import with_lines_at
 from ..inference.alternative_explanation import Alternative
 from ..inference.estimates import scalars
 from .candidates import Offered, offered
-from .worker import NICE, read, write
+from .worker import NICE, AskedOfWorker, read, write
 
 Tell = Callable[[str, Any], None]
 """Called with a word and what belongs to it, see `Told`."""
-
-
-class AskedOfWorker(NamedTuple):
-    """What a task is about."""
-
-    experiment: Experiment
-    measurement: Measurements
-    """The model with its effects, and what was measured."""
-    baseline: Measurements | None
-    """An earlier state, or None."""
-    store: Path | None
-    """Folder in which fits are kept, or None."""
 
 
 def as_given(asked: AskedOfWorker, tell: Tell) -> dict[str, float]:

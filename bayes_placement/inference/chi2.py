@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy import stats
+from scipy.special import chdtrc
 
 from .output_residuals import Chosen, Draws, Residuals, output_residuals
 from .units import three_digits
@@ -105,4 +105,4 @@ def _upper_tail(value: float, mean: float, variance: float) -> float:
     if mean < 1:
         return float("nan")
     scale = variance / (2 * mean)
-    return float(stats.chi2.sf(value / scale, mean / scale))
+    return float(chdtrc(mean / scale, value / scale))

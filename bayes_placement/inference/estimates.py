@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from arviz_stats.base import array_stats
 
 from .weights import effective_size
 
@@ -58,7 +57,7 @@ def standard_error(influence: np.ndarray, weighting: Weighting) -> float:
     if weighting.exact:
         return 0.0
     if weighting.log_weight is None and weighting.lineage is None:
-        return float(array_stats.mcse(influence)) if np.ptp(influence) > 0 else 0.0
+        return float(_statistics().mcse(influence)) if np.ptp(influence) > 0 else 0.0
     shares = _weights(influence, weighting) * influence
     if weighting.lineage is None:
         return float(np.sqrt(np.sum(shares**2)))
@@ -76,13 +75,13 @@ def _ess(values: np.ndarray, sd: float, error: float, weighting: Weighting) -> f
     if weighting.log_weight is not None:
         return float(effective_size(weighting.log_weight))
     if weighting.lineage is None:
-        return float(array_stats.ess(values)) if np.ptp(values) > 0 else float("nan")
+        return float(_statistics().ess(values)) if np.ptp(values) > 0 else float("nan")
     return float((sd / error) ** 2) if error > 0 else float("nan")
 
 
 def _r_hat(values: np.ndarray, weighting: Weighting) -> float:
     in_chains = weighting.log_weight is None and values.shape[0] > 1
-    return float(array_stats.rhat(values)) if in_chains and np.ptp(values) > 0 else float("nan")
+    return float(_statistics().rhat(values)) if in_chains and np.ptp(values) > 0 else float("nan")
 
 
 def scalars(name: str, values: Any) -> list[tuple[str, np.ndarray]]:
@@ -110,3 +109,9 @@ def _value(name: str, shape: tuple[int, ...], values: Mapping[str, Any]) -> Any:
         return values[name]
     count = int(np.prod(shape))
     return np.array([values[f"{name}[{number}]"] for number in range(count)]).reshape(shape)
+
+
+def _statistics() -> Any:
+    from arviz_stats.base import array_stats  # it takes long to import
+
+    return array_stats

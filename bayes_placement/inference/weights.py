@@ -5,7 +5,6 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from arviz_stats.base import array_stats
 
 GOOD_PARETO_K = 0.7
 """Largest shape of the tail of importance weights at which estimates can be trusted.
@@ -46,6 +45,8 @@ def pareto_k(log_weight: Any) -> float:
         return float("inf")
     if np.ptp(finite) < 1e-6:
         return 0.0
+    from arviz_stats.base import array_stats  # it takes long to import
+
     with np.errstate(all="ignore"):  # a tail of zeros divides by zero
         k = float(array_stats.psislw(-finite)[1])  # it takes log likelihoods left out
     return k if np.isfinite(k) else float("inf")

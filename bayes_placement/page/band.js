@@ -21,13 +21,13 @@ function bounded(kind, shares) {
 }
 
 /** Share of the misfit of a band that any law could remove, for each place that was tried. */
-function boundWithin({ given, left, count }, frequency, [low, high]) {
+function boundWithin({ given, left, measured }, frequency, [low, high]) {
   const [rows, lines] = left.shape;
   const inside = [];
   for (let line = 0; line < lines; line += 1) if (frequency[line] >= low && frequency[line] <= high) inside.push(line);
   const sum = (values, from) => inside.reduce((total, line) => total + values[from + line], 0);
   const misfit = sum(given, 0);
-  const above = misfit - sum(count, 0);
+  const above = misfit - sum(measured, 0);
   const share = (row) => (above > 0 ? (misfit - sum(left, row * lines) - OF_LAW * inside.length) / above : 0);
   return Array.from({ length: rows }, (_, row) => Math.min(1, Math.max(0, share(row))));
 }

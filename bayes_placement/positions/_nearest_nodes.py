@@ -12,7 +12,6 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpyro.distributions import Categorical, Uniform
 from scipy.spatial import cKDTree
-from scipy.stats import qmc
 
 from .._sites import is_unknown
 from .places import AtNode, InBall, Straight
@@ -108,6 +107,8 @@ def _points_in_ball(place: InBall) -> list[np.ndarray]:
 
 def _sobol_points(dimension: int) -> Float[np.ndarray, "repeat point axis"]:
     """Sobol points in the unit cube, each repeat scrambled independently."""
+    from scipy.stats import qmc  # it takes long to import
+
     return np.stack(
         [qmc.Sobol(dimension, seed=seed).random_base2(POWER) for seed in range(REPEATS)]
     )

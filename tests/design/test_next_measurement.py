@@ -11,7 +11,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement.cli._findings import HOW_NEXT, where_next
-from bayes_placement.criticism.findings import ABOUT
+from bayes_placement.criticism.findings.findings import ABOUT
 from bayes_placement.design import next_measurement as searched
 from bayes_placement.design.next_measurement import next_measurement
 from bayes_placement.inference.alternative_explanation import Alternative

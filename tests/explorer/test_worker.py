@@ -12,8 +12,7 @@ from bayes_placement.explorer.candidates import added
 from bayes_placement.explorer.found import actions_of, ledger_for_page, reach_arrays, reach_for_page
 from bayes_placement.explorer.session import Session
 from bayes_placement.explorer.steps import chi2, fit
-from bayes_placement.explorer.worker import Worker
-from bayes_placement.explorer.worker_process import AskedOfWorker
+from bayes_placement.explorer.worker import AskedOfWorker, Worker
 from bayes_placement.page.frames import packed, unpacked
 from tests.criticism import small
 

@@ -12,7 +12,8 @@ from ..._compiled import compiled
 from ..._sites import Role
 from ..._types import Response
 from ...experiment.experiment import Experiment, Measurements
-from ..fitted import OutputsAtValues, compared, outputs_at, with_arrays
+from ..fitted import OutputsAtValues, compared, outputs_at
+from ..values import with_arrays
 from ._unknowns import SIZE
 
 ERROR_DRAWS = 48

@@ -1,6 +1,7 @@
 """Mode shapes of a fitted model at points by which its structure is drawn."""
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -9,7 +10,7 @@ from ...experiment.experiment import Experiment
 from ...experiment.natural_modes import natural_modes
 from ...modes.finite_elements.outline import outline
 from ...positions.bounds import in_space
-from ..fitted import with_arrays
+from ..values import with_arrays
 
 POINTS_ON_A_LINE = 121
 
@@ -28,14 +29,24 @@ BEYOND = 1.3
 """Natural frequencies up to so many times the greatest line are sought."""
 
 
-def outline_of(experiment: Experiment) -> xr.Dataset:
-    """Return points of a structure [m] and the pairs of them that are joined.
+class Outline(NamedTuple):
+    """Points of a structure and the lines between them."""
 
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    """
+    points: np.ndarray
+    """Points [place, 3] [m]."""
+    lines: np.ndarray
+    """Numbers of both ends of each line [line, 2]."""
+    on_a_line: bool
+    """Whether the structure is a line along x."""
+
+
+def outline_of(experiment: Experiment) -> xr.Dataset:
+    """Return the points of a structure [m] and the pairs of them that are joined, with labels."""
+    return _labelled(*points_and_lines(experiment))
+
+
+def points_and_lines(experiment: Experiment) -> Outline:
+    """Return the points of a structure [m] and the pairs of them that are joined."""
     modes = experiment.structure.modes
     if not in_space(modes.bounds()):
         low, high = map(float, modes.bounds())
@@ -43,7 +54,7 @@ def outline_of(experiment: Experiment) -> xr.Dataset:
         points[:, 0] = np.linspace(low, high, POINTS_ON_A_LINE)
         numbers = np.arange(POINTS_ON_A_LINE)
         lines = np.stack([numbers[:-1], numbers[1:]], axis=1)
-        return _labelled(points, lines, on_a_line=True)
+        return Outline(points, lines, on_a_line=True)
     drawn, style = outline(modes)
     if style == "-":
         ends = drawn.reshape(-1, 3, 3)[:, :2]
@@ -51,7 +62,7 @@ def outline_of(experiment: Experiment) -> xr.Dataset:
         points, lines = _joined(_subdivided(ends))
     else:
         points, lines = drawn[:: -(-len(drawn) // MOST_LINES)], np.zeros((0, 2), int)
-    return _labelled(points, lines, on_a_line=False)
+    return Outline(points, lines, on_a_line=False)
 
 
 def _subdivided(ends: np.ndarray) -> np.ndarray:
@@ -95,7 +106,7 @@ def shapes(experiment: Experiment, values: Mapping[str, float], outline: xr.Data
     )
 
 
-def _labelled(points: np.ndarray, lines: np.ndarray, *, on_a_line: bool) -> xr.Dataset:
+def _labelled(points: np.ndarray, lines: np.ndarray, on_a_line: bool) -> xr.Dataset:
     variables = {
         "point": (("place", "axis"), points, {"units": "m"}),
         "line": (("line_number", "end"), lines),

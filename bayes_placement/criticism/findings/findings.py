@@ -12,10 +12,11 @@ from ...experiment.modal_parameters import ModalParameters
 from ...experiment.prior_draws import draws_from_priors
 from ...inference.alternative_explanation import Alternative, JointDraws
 from ...inference.results import named_draws
-from ..fitted import AS_DRAWN, AS_GIVEN, in_scalars
+from ..fitted import AS_DRAWN, AS_GIVEN
 from ..fitted_modes import fitted_modes
 from ..missing.ledger import NOTHING, Ledger
 from ..missing.ranking import Ranking
+from ..values import in_scalars
 from ._fits import fit
 from ._moved import moved_in_words
 from ._peaks import peaks_of_fits

@@ -10,7 +10,7 @@ from ...inference.engines.least_squares import NormalEquations, ParameterPoints
 from ...inference.engines.levenberg_marquardt import LARGEST, Objective, best_fit, minimise
 from ...inference.estimates import scalars
 from ...inference.residuals import Problem, sizes_of
-from ..fitted import with_arrays
+from ..values import with_arrays
 
 NEAR, STEPS = 10, 60
 """Steps along logarithmic residuals, which find resonances from afar, and those to the end."""

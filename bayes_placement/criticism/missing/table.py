@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.stats import binom, chi2, norm
+from scipy.special import bdtrc, chdtrc, ndtr
 
 from ..._types import InputError, check_positive
 from ...inference.chi2 import LEVEL
@@ -146,9 +146,9 @@ class Row(NamedTuple):
         """
         if not self.is_noise_known:
             ratio, certainty = self.neumann
-            return float(norm.cdf((ratio - 1) * certainty))
+            return float(ndtr((ratio - 1) * certainty))
         free = self.data - self.determined
-        return float(chi2.sf(self.squares, free)) if free > 0 else NAN
+        return float(chdtrc(free, self.squares)) if free > 0 else NAN
 
     @property
     def misfit(self) -> float:
@@ -167,7 +167,7 @@ class Row(NamedTuple):
 
         More of them are a misfit at many lines, which an effect may explain.
         """
-        return float(binom.sf(np.ceil(self.outliers) - 1, self.data, OUTLIERS))
+        return float(bdtrc(np.ceil(self.outliers) - 1, self.data, OUTLIERS))
 
     def passes(self, policy: Policy) -> bool:
         """Whether it passes its check; where the noise is unknown, no check is possible."""

@@ -23,18 +23,18 @@ class LeftByLine(NamedTuple):
         Of the model as given.
     left
         With a law that may be any, for each row of `Reach.curves`.
-    count
-        Numbers that were measured there.
+    measured
+        How many numbers were measured there.
     """
 
     given: Float[np.ndarray, "line"]
     left: Float[np.ndarray, "row line"]
-    count: Int[np.ndarray, "line"]
+    measured: Int[np.ndarray, "line"]
 
     def any_law(self, lines: Any) -> Float[np.ndarray, "row"]:
         """Share of the misfit above noise at some lines that any law could remove [1]."""
         given, freed = self.given[lines].sum(), OF_LAW * self.given[lines].size
-        above = given - self.count[lines].sum()
+        above = given - self.measured[lines].sum()
         left = self.left[:, lines].sum(axis=1) + freed
         return np.clip((given - left) / above, 0.0, 1.0) if above > 0 else 0.0 * left
 

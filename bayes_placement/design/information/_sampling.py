@@ -8,7 +8,6 @@ from typing import Any
 import jax
 import numpy as np
 from scipy.special import ndtri
-from scipy.stats import qmc
 
 from ..._types import InputError
 from ...inference.coordinates import Coordinates
@@ -43,6 +42,8 @@ def check_sampling(sampling: str) -> None:
 
 def _sobol(count: int, dimension: int, random: np.random.Generator) -> np.ndarray:
     """Scores [point, unknown] of a scrambled Sobol sequence."""
+    from scipy.stats import qmc  # it takes long to import
+
     sobol = min(dimension, qmc.Sobol.MAXDIM)
     power = int(np.ceil(np.log2(max(count, 2))))
     points = qmc.Sobol(sobol, rng=random).random_base2(power)[:count]

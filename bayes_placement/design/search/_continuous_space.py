@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import qmc
 
 from ...experiment.experiment import Experiment
 from ..running.evaluation import Evaluation
@@ -43,6 +42,8 @@ class ContinuousSpace(NamedTuple):
 
     def scattered(self, random: np.random.Generator, count: int) -> np.ndarray:
         """`count` allowed placements scattered over the regions; none if none is allowed."""
+        from scipy.stats import qmc  # it takes long to import
+
         sides = sum(len(region.sides) for region in self.regions)
         shares = qmc.Sobol(sides, rng=random).random(SCATTERED)
         scattered = shares[self.allowed(shares)]

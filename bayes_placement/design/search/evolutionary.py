@@ -1,8 +1,8 @@
 """Evolutionary search (CMA-ES) for placements anywhere in regions."""
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-import cmaes
 import equinox as eqx
 import numpy as np
 
@@ -14,6 +14,9 @@ from ._continuous_space import ContinuousSpace
 from ._search_region import SearchRegion, search_region
 from ._search_space import SearchSpace, Selection
 from .strategy import Search, Trials, trials_of_selections
+
+if TYPE_CHECKING:
+    import cmaes
 
 WIDTH = 0.25
 """Greatest standard deviation with which a population begins, as a share of each side."""
@@ -131,7 +134,7 @@ class Evolutionary(Search):
             if converged.all():
                 return
 
-    def _has_converged(self, population: cmaes.CMA, members: np.ndarray) -> bool:
+    def _has_converged(self, population: "cmaes.CMA", members: np.ndarray) -> bool:
         return bool(np.ptp(members, axis=0).max() < self.accuracy or population.should_stop())
 
 
@@ -160,7 +163,7 @@ class _Starts:
         spacing = len(even) ** (-1 / even.shape[1])
         self._width = min(WIDTH, spacing)
 
-    def population(self, size: int, ended: np.ndarray | None = None) -> cmaes.CMA:
+    def population(self, size: int, ended: np.ndarray | None = None) -> "cmaes.CMA":
         """Return a new population, far from where others began and the last one ended."""
         if ended is not None:
             self._exclude(ended)
@@ -169,6 +172,8 @@ class _Starts:
         mean = self._even[np.argmax(score)]
         self._exclude(mean)
         seed = int(self._random.integers(2**31))
+        import cmaes  # it takes long to import
+
         return cmaes.CMA(mean, self._width, seed=seed, population_size=size)
 
     def _exclude(self, shares: np.ndarray) -> None:
@@ -176,7 +181,7 @@ class _Starts:
 
 
 def _generation(
-    population: cmaes.CMA, space: ContinuousSpace, even: np.ndarray, random: np.random.Generator
+    population: "cmaes.CMA", space: ContinuousSpace, even: np.ndarray, random: np.random.Generator
 ) -> np.ndarray:
     """Draw a generation that keeps to the rules, filled up from the scattered ones if necessary."""
     size = population.population_size

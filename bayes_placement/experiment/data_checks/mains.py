@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.stats import hypergeom
 
 from ..._types import ComplexSpectrum
 from ...effects.mains_hum import FARTHEST, MAINS, close_to_multiples
@@ -132,6 +131,8 @@ def at_multiples(squared: Lines, limit: float, lines: Lines, mains: float) -> _H
     both = close & out
     if np.unique(np.round(lines[both] / mains)).size < 2:
         return None
+    from scipy.stats import hypergeom  # it takes long to import
+
     chance = hypergeom.sf(both.sum() - 1, judged.sum(), close.sum(), out.sum())
     if chance > COINCIDENCE:
         return None

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from ..._types import InputError
 from ..force_levels import at_levels
@@ -58,7 +58,7 @@ def check_signal(
 def is_signal(frfs: Sequence[np.ndarray]) -> bool:
     """Whether FRFs of a pair each are no noise, which is independent from line to line."""
     scores = np.sum([_scores(frf) for frf in frfs], axis=0) / np.sqrt(len(frfs))
-    p_values = 2 * norm.sf(np.abs(scores))
+    p_values = 2 * ndtr(-np.abs(scores))
     return bool(p_values.min() < LEVEL / p_values.size)
 
 

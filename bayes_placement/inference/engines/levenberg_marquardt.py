@@ -4,7 +4,7 @@ from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
-from scipy.stats import norm, qmc
+from scipy.special import ndtri
 
 from .laplace import Laplace, laplace
 from .least_squares import NormalEquations, ParameterPoints
@@ -80,9 +80,11 @@ def sobol_starts(dimension: int, count: int, seed: int) -> ParameterPoints:
     """The median of the prior, then scrambled Sobol points of it."""
     if dimension == 0:
         return np.zeros((1, 0))
+    from scipy.stats import qmc  # it takes long to import
+
     sobol = qmc.Sobol(dimension, rng=np.random.default_rng(seed))
     uniform = sobol.random_base2(max(1, int(np.ceil(np.log2(max(2, count))))))
-    normal = norm.ppf(np.clip(uniform, 0.02, 0.98))
+    normal = ndtri(np.clip(uniform, 0.02, 0.98))
     return np.concatenate([np.zeros((1, dimension)), normal])[:count]
 
 

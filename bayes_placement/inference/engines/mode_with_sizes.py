@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 from jaxtyping import Float
-from scipy.stats import norm, truncnorm
 
 from ..._sites import Unknown
 from ..coordinates import Coordinates
@@ -103,6 +102,8 @@ def _log_sizes(
     sized: Sized, size: Unknown, draws: int, random: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
     """Draws of the log of a size within its prior, and their log density by its coordinate."""
+    from scipy.stats import norm, truncnorm  # it takes long to import
+
     middle, deviation = np.log(sized.problem.sizes[size.name]), sized.deviations[size.name]
     ends = (np.array(bounds_of_log(size)) - middle) / deviation
     proposal = truncnorm(*ends, loc=middle, scale=deviation)

@@ -102,7 +102,7 @@ def test_any_law_within_a_band_is_that_of_its_lines():
     low, high = np.array_split(whole, 2)
     by_line, weights = found.by_line, []
     for part in (low, high):
-        weights.append(by_line.given[part].sum() - by_line.count[part].sum())
+        weights.append(by_line.given[part].sum() - by_line.measured[part].sum())
     shares = [found.any_law_within(part)[at_ports] for part in (low, high)]
     inside = np.all([(share > 0) & (share < 1) for share in shares], axis=0)
     assert inside.any()

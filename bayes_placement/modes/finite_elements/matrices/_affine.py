@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 from scipy.sparse import csc_array
-from scipy.stats import qmc
 
 from ....positions.reprs import with_short_repr
 
@@ -52,6 +51,8 @@ class Affine(NamedTuple):
 
     def samples(self, count: int) -> list[dict[str, float]]:
         """Corners of the box (up to six factors) and points of a Sobol sequence."""
+        from scipy.stats import qmc  # it takes long to import
+
         size = len(self.box)
         corners = np.array(np.meshgrid(*[[0.0, 1.0]] * size)).reshape(size, -1).T
         inside = qmc.Sobol(size, scramble=False).random_base2(int(np.log2(count)))[1:]

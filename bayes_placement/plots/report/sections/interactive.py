@@ -40,7 +40,7 @@ def items(saved: Saved) -> Iterator[Item]:
     frames = [
         _model(last.isel(channel=shown), outline, saved),
         *_curves(curves, saved),
-        packed(STATE | {"effects": _effects(saved)}, {}),
+        packed({**STATE, "effects": _effects(saved)}, {}),
         *_modes(saved),
     ]
     words = "" if len(shown) == last.sizes["channel"] else f" The {len(shown)} of largest error."

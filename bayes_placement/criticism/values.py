@@ -1,0 +1,49 @@
+"""Values of unknowns, arrays together or one by one, and what a model predicts with them."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from .._types import Response
+from ..experiment.experiment import Experiment
+from ..experiment.noise import Data
+from ..inference.estimates import from_scalars, scalars
+
+
+def with_arrays(experiment: Experiment, values: Mapping[str, float]) -> dict[str, Any]:
+    """Values of the unknowns by name, the elements of an array put together.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    values
+        Value of every unknown, elements of arrays one by one (`structure.damping.ratio[0]`).
+    """
+    shapes = {unknown.name: unknown.distribution.shape() for unknown in experiment.unknowns}
+    return from_scalars(shapes, values)
+
+
+def in_scalars(values: Mapping[str, Any]) -> dict[str, float]:
+    """Values by name, the elements of an array one by one; what `with_arrays` puts together.
+
+    Parameters
+    ----------
+    values
+        Value of every unknown, arrays together.
+    """
+    return {
+        word: float(value[0, 0])
+        for name, known in values.items()
+        for word, value in scalars(name, np.asarray(known)[None, None])
+    }
+
+
+def prediction(concrete: Experiment, data: Data) -> tuple[Response, Response]:
+    """Predicted outputs and the variance of the noise of each, of a model without unknowns."""
+    assert concrete.noise is not None
+    predicted = concrete.predict()
+    error = concrete.noise.distribution(predicted, data)
+    return predicted, jnp.broadcast_to(error.variance, predicted.shape)
