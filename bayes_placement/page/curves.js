@@ -21,6 +21,7 @@ export class Curves {
     this.refresh = oncePerFrame(() => this.setData());
     new ResizeObserver(oncePerFrame(() => this.resize())).observe(element("charts"));
     element("whole").onclick = () => this.zoom(null);
+    element("charts").addEventListener("keydown", (event) => this.key(event));
   }
 
   begin() {
@@ -255,6 +256,19 @@ export class Curves {
     const stop = () => window.removeEventListener("mousemove", move);
     window.addEventListener("mousemove", move);
     window.addEventListener("mouseup", stop, { once: true });
+  }
+
+  /** By keys: + and - zoom in the middle, arrows pan, 0 shows the whole band. */
+  key(event) {
+    const step = { "+": [0.8, 0], "-": [1.25, 0], ArrowLeft: [1, -0.1], ArrowRight: [1, 0.1] }[event.key];
+    if (!step && event.key !== "0") return;
+    event.preventDefault();
+    if (!step) return this.zoom(null);
+    const [begin, end] = this.range ?? this.whole();
+    const [first, last] = this.whole();
+    const half = (step[0] * (end - begin)) / 2;
+    const middle = Math.min(last - half, Math.max(first + half, (begin + end) / 2 + step[1] * (end - begin)));
+    this.zoom([middle - half, middle + half]);
   }
 
   /** Values at the cursor, in units. */

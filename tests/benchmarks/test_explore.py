@@ -14,9 +14,9 @@ from tests.benchmarks.fresh import environment
 from tests.benchmarks.page import ROOT, at_most
 from tests.explorer.test_story import browser, explored, is_shown  # noqa: F401  a fixture
 
-BEYOND, SLOWEST = 3.0, {(12, 800): 100.0, (48, 1600): 200.0}
+BEYOND, SLOWEST, BOUNDED = 3.0, {(12, 800): 100.0, (48, 1600): 200.0}, 100.0
 """Seconds beyond `import jax, numpyro` to the first picture; ms from a slider to the curves, of
-channels and lines."""
+channels and lines; ms from a dragged band to its reach."""
 
 MOVES = """async () => {
   const range = document.querySelector("#parameters input[type=range]");
@@ -34,6 +34,40 @@ MOVES = """async () => {
   return laps;
 }"""
 """Move the first slider, and wait until the curves that belong to it are drawn [ms]."""
+
+
+BANDS = """async () => {
+  const painted = () => new Promise((done) => requestAnimationFrame(() => setTimeout(done, 0)));
+  const over = document.querySelector(".u-over");
+  const { left, top, width } = over.getBoundingClientRect();
+  const at = (kind, share) => {
+    const place = { clientX: left + share * width, clientY: top + 40 };
+    over.dispatchEvent(new MouseEvent(kind, { ...place, bubbles: true, view: window, button: 0 }));
+  };
+  const words = () => document.querySelector("#kinds").textContent;
+  const laps = [];
+  at("mousemove", 0.1);
+  at("mousedown", 0.1);
+  for (let move = 0; move < 100; move += 1) {
+    const began = performance.now();
+    at("mousemove", 0.15 + 0.007 * move);
+    await painted();
+    laps.push(performance.now() - began);
+  }
+  return [words(), laps];
+}"""
+"""Drag a band over a chart, and wait until its reach is drawn [ms]."""
+
+MOVED, HOUR, LARGEST = 200, 36_000, 300.0
+"""Moves between two looks at the memory; moves in an hour, ten a second; MB of the page."""
+
+
+def megabytes(shown):
+    """Memory of the program of a page, after what nobody holds was given back [MB]."""
+    session = shown.context.new_cdp_session(shown)
+    session.send("HeapProfiler.enable")
+    session.send("HeapProfiler.collectGarbage")
+    return session.send("Runtime.getHeapUsage")["usedSize"] / 1e6
 
 
 def imports():
@@ -70,5 +104,27 @@ def test_a_slider_is_followed(page, tmp_path, browser, monkeypatch, channels, li
         is_shown(shown, "#chi2", r"\d")
         shown.locator("#parameters input[type=range]").first.wait_for()
         slowest = float(np.percentile(shown.evaluate(MOVES), 95))
+        first = megabytes(shown)
+        shown.evaluate(MOVES)
+        last = megabytes(shown)
+        after = last + max(0.0, last - first) / MOVED * HOUR
+    size = f"{channels} channels x {lines} lines"
+    page.add(f"page after an hour of moves, as it grows, {size}", after, "MB", at_most(LARGEST))
     words = f"slider to curves, {channels} channels x {lines} lines, 95 %"
     page.add(words, slowest, "ms", at_most(SLOWEST[channels, lines]))
+
+
+def test_a_dragged_band_is_bounded(page, tmp_path, browser, monkeypatch):  # noqa: F811
+    channels, lines = 12, 800
+    monkeypatch.setenv("CHANNELS", str(channels))
+    monkeypatch.setenv("LINES", str(lines))
+    model = str(ROOT / "tests/benchmarks/large_bars.py")
+    with explored(tmp_path, model, "--lines", str(lines)) as (address, _):
+        shown = browser.new_context(bypass_csp=True).new_page()
+        shown.set_default_timeout(600_000)
+        shown.goto(address)
+        shown.locator("#kinds button").first.wait_for()
+        words, laps = shown.evaluate(BANDS)
+    assert "≤" in words
+    words = f"bound of reach of a dragged band, {channels} channels x {lines} lines, 95 %"
+    page.add(words, float(np.percentile(laps, 95)), "ms", at_most(BOUNDED))
