@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..criticism.check.correlation import mac
+from ..criticism.check.correlation import as_channels, mac
 from ..criticism.findings._shapes import outline_of, points_and_lines, shapes
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
@@ -57,12 +57,11 @@ def modes_for_page(session: Session) -> dict[str, Any]:
     outline = outline_of(given.experiment)
     now = shapes(model.experiment, model.values, outline)
     before = shapes(given.experiment, values, outline)
-    flat = [of["shape"].values.reshape(of.sizes["mode"], -1).T for of in (now, before)]
     return {
         "now": _modes(now),
         "before": _modes(before),
         "beside": f"without {', '.join(added)}" if added else "as drawn",
-        "mac": _rounded(mac(*flat)),
+        "mac": _rounded(mac(*(as_channels(of["shape"].values) for of in (now, before)))),
     }
 
 

@@ -97,7 +97,7 @@ export class Curves {
     const options = {
       width,
       height: HEIGHT[chart.quantity] + (isLast ? 26 : 0),
-      padding: [8, 10, 0, 0],
+      padding: [8, 22, 0, 0],
       legend: { show: false },
       cursor: { sync: { key: "frequency", scales: ["x", null] }, drag: { x: true, y: false, setScale: false }, points: { size: 6 } },
       scales: {

@@ -250,7 +250,9 @@ export class StructurePanel {
       const words = this.view.isLine ? `${name} ${(1e3 * at[0]).toFixed(0)} mm` : name;
       const width = pen.measureText(words).width;
       const left = Math.max(4, Math.min(x + 13, this.canvas.clientWidth - width - 4));
-      pen.fillText(words, left, y + (this.view.isLine ? 46 : left < x ? 24 : 4));
+      const low = y + (this.view.isLine ? 46 : left < x ? 24 : 4);
+      pen.strokeText(words, left, low); // in the colour of the paper: names of others lie below
+      pen.fillText(words, left, low);
     }
   }
 

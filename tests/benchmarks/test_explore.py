@@ -41,7 +41,7 @@ BANDS = """async () => {
   const over = document.querySelector(".u-over");
   const { left, top, width } = over.getBoundingClientRect();
   const at = (kind, share) => {
-    const place = { clientX: left + share * width, clientY: top + 40 };
+    const place = { clientX: left + share * width, clientY: top + 40, movementX: 1 };
     over.dispatchEvent(new MouseEvent(kind, { ...place, bubbles: true, view: window, button: 0 }));
   };
   const words = () => document.querySelector("#kinds").textContent;

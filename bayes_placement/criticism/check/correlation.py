@@ -68,6 +68,18 @@ def mac(first: ModeShapes, second: OtherShapes) -> Float[np.ndarray, "*#draw mod
     return _squared_cosines(first, second)
 
 
+def as_channels(shape: Float[np.ndarray, "mode place 3"]) -> Float[np.ndarray, "channel mode"]:
+    """Return mode shapes at places as `mac` takes them, each direction a channel.
+
+    Parameters
+    ----------
+    shape
+        Displacement along x, y and z.
+    """
+    modes, places, axes = shape.shape
+    return shape.transpose(1, 2, 0).reshape(places * axes, modes)
+
+
 def band(
     criterion: Callable[..., np.ndarray],
     measured: Shaped[np.ndarray, "..."],

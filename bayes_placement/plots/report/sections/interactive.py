@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ....criticism.check.correlation import mac
+from ....criticism.check.correlation import as_channels, mac
 from ....experiment.experiment import FORCE_LEVEL
 from ....page.frames import packed
 from ....page.standalone import kept_frames
@@ -179,10 +179,9 @@ def _modes(saved: Saved) -> Iterator[bytes]:
     if now is None or before is None:
         return
     shapes = [group["shape"].values for group in (now, before)]
-    flat_shapes = [shape.reshape(len(shape), -1).T for shape in shapes]
     models = [
         {"frequency": group["natural_frequency"].values, "shape": shape}
         for group, shape in zip((now, before), shapes, strict=True)
     ]
     header = {"is": "modes", "now": models[0], "before": models[1], "beside": saved.models[0]}
-    yield packed({**header, "mac": np.round(mac(*flat_shapes), 6)}, {})
+    yield packed({**header, "mac": np.round(mac(*map(as_channels, shapes)), 6)}, {})
