@@ -67,7 +67,12 @@ def ledger_for_page(ledger: Ledger) -> dict[str, Any]:
         "confounded": ledger.confounded,
         "compared": best.head(12).to_dict("records"),
         "steps": [
-            {"added": step.added, "chi2": step.chi2_per_datum, "words": step.description()}
+            {
+                "added": step.added,
+                "chi2": step.chi2_per_datum,
+                "words": step.description(),
+                "model_error": {kind: size.mean for kind, size in step.model_error.items()},
+            }
             for step in ledger.steps
         ],
     }

@@ -11,6 +11,7 @@ import { Steps } from "./steps.js";
 import { StructurePanel } from "./structure.js";
 
 const MOST_SHOWN = 4;
+const LEAST_SHARE = 0.03; // of a task, from which on its pace is known
 const STILL = 400; // [ms] after which a band that is shown is looked at
 const SAVED = ["model", "case", "report"];
 
@@ -150,11 +151,12 @@ const HEARD = {
   background: (header) => learn.background(header),
   task(header) {
     const isBusy = header.task !== "";
+    if (header.task !== store.task) store.begun = performance.now();
     store.task = header.task;
     if (!isBusy) steps.ended();
     element("stop").hidden = !isBusy;
     for (const name of ["fit", "search"]) element(name).disabled = isBusy;
-    tell(isBusy ? `${header.task} ${header.share ? percent(header.share) : "…"}` : "", header.share);
+    tell(isBusy ? `${header.task} ${header.share ? percent(header.share) + timeLeft(header.share) : "…"}` : "", header.share);
   },
   busy: (header) => tell(header.words, 0),
   modes: (header) => modes.hear(header),
@@ -173,6 +175,13 @@ const HEARD = {
     setTimeout(() => (element("saved").hidden = true), 9000);
   },
 };
+
+/** Time that a task still takes at the pace so far, in words; nothing where that is not known. */
+function timeLeft(share) {
+  const seconds = ((performance.now() - store.begun) / 1000) * (1 / share - 1);
+  if (share < LEAST_SHARE || !Number.isFinite(seconds)) return "";
+  return seconds < 90 ? `, about ${Math.max(1, Math.round(seconds))} s left` : `, about ${Math.round(seconds / 60)} min left`;
+}
 
 /** Say what the number is not: by hand or by a fit it is no verdict. */
 function label(task) {

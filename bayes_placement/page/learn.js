@@ -43,6 +43,7 @@ export class Learn {
       make("h3", {}, "What is missing"),
       list(ledger.words),
       make("table", {}, ...rows),
+      ...fallen(ledger.steps),
       make("details", {}, make("summary", {}, "Compared"), make("table", {}, make("tr", {}, make("th", {}, "effects"), make("th", {}, "χ²"), make("th", {}, "log odds")), ...compared)),
     ];
   }
@@ -87,6 +88,17 @@ export class Learn {
 }
 
 const WORDS = { as_given: "Fitting as given", band: "Looking where something acts in this band", reach: "Looking where something may act", check_data: "Checking the data", next: "Searching where to measure next" };
+
+/** Steps of a search: the error as it fell, and the model error that is needed with each. */
+function fallen(steps) {
+  const kinds = [...new Set(steps.flatMap(({ model_error: sizes }) => Object.keys(sizes)))];
+  const head = ["step", "χ²", ...kinds].map((words) => make("th", {}, words));
+  const rows = steps.map(({ added, words, chi2, model_error: sizes }) => {
+    const needed = kinds.map((kind) => make("td", {}, sizes[kind] === undefined ? "–" : `${three(100 * sizes[kind])} %`));
+    return make("tr", {}, make("td", { title: words }, added ? `+ ${added}` : "as given"), make("td", {}, three(chi2)), ...needed);
+  });
+  return [make("table", { "aria-label": "Steps of the search, with the model error needed" }, make("tr", {}, ...head), ...rows)];
+}
 
 /** Where one more measurement would decide most, with the gain of each place that was tried. */
 function nextMeasurement({ sentence, columns, rows, caption }) {

@@ -91,6 +91,8 @@ def test_steps_of_a_search_are_states_with_its_numbers(error):
     assert again.model.values == session.model.values
     header, _ = unpacked(packed(ledger_for_page(ledger), {}))
     assert header["probabilities"]["point_mass"] > 0.9
+    for told, step in zip(header["steps"], ledger.steps, strict=True):
+        assert told["model_error"] == {kind: size.mean for kind, size in step.model_error.items()}
 
 
 @pytest.mark.long
