@@ -8,7 +8,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
-from scipy.optimize import brentq
 
 from .._compiled import Bound, compiled
 from ..modes.modes import Modes
@@ -119,6 +118,8 @@ def _roots(pencil: _Pencil, grid: np.ndarray, most: int) -> Iterator[tuple[float
 
 
 def _root(pencil: _Pencil, low: float, high: float, branch: int) -> float:
+    from scipy.optimize import brentq  # it takes long to import
+
     root = brentq(lambda omega: pencil.eigenvalues(omega)[branch], low, high, rtol=SAME)
     return float(root)
 

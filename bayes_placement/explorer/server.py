@@ -20,7 +20,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from .._types import InputError
-from ..page.standalone import FOLDER
+from ..page.standalone import FIRST, FOLDER, script
 from .live import LivePage
 from .messages import LONGEST, Message, MessageError, parsed
 
@@ -280,4 +280,6 @@ def _files() -> dict[str, bytes]:
 
 async def _file(name: str, request: Request) -> Answer:
     path = FOLDER / name
-    return Answer(path.read_bytes(), headers=HEADERS, media_type=KINDS[path.suffix])
+    # All modules in one: a browser would ask for one after the other.
+    content = script().encode() if path.stem == FIRST else path.read_bytes()
+    return Answer(content, headers=HEADERS, media_type=KINDS[path.suffix])

@@ -6,7 +6,6 @@ from functools import cache
 from typing import Any, TypeAlias
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from .law import Tree
 
@@ -75,6 +74,8 @@ def _distance(tree: Tree, target: Any, start: Any) -> float:
 
     def slopes(numbers: Any) -> Any:
         return _real(response(tree, numbers)[1].T)
+
+    from scipy.optimize import least_squares  # it takes long to import
 
     tight = 1e-15
     fit = least_squares(

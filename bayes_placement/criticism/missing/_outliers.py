@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
-from scipy.optimize import minimize_scalar
 
 OUTLIERS, SIZE_OF_OUTLIERS = 0.01, 10.0
 """Share of data that are outliers, and factor on their deviation."""
@@ -55,6 +54,8 @@ def mixture(residual: Float[np.ndarray, "datum"], count: int) -> Mixture:
 
     def loss(log_level: float) -> float:
         return count * log_level - float(np.sum(np.logaddexp(*parts(log_level))))
+
+    from scipy.optimize import minimize_scalar  # it takes long to import
 
     best = minimize_scalar(loss, bounds=(-np.log(SIZE_OF_OUTLIERS), 0.0))
     normal, outlying = parts(best.x)

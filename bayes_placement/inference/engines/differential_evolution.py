@@ -3,7 +3,6 @@
 from collections.abc import Callable
 
 import numpy as np
-from scipy import optimize
 
 from .least_squares import ParameterPoints
 
@@ -20,6 +19,8 @@ def evolved(
     population on either side.
     """
     width = np.ptp(starts, axis=0)
+    from scipy import optimize  # it takes long to import
+
     best = optimize.differential_evolution(
         lambda vectors: np.nan_to_num(costs(vectors.T), nan=np.inf),
         list(zip(starts.min(0) - width, starts.max(0) + width, strict=True)),

@@ -12,7 +12,6 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.linalg import LinAlgError
 from scipy.linalg import cho_factor, cho_solve
-from scipy.optimize import minimize
 
 Logs = Float[np.ndarray, "size"]
 Slope = Callable[[Logs], tuple[float, Logs]]
@@ -66,5 +65,7 @@ class LinearModel(NamedTuple):
         if not start.size or not np.isfinite(before := cost(start)[0]):
             return start, 0.0
         bounds = np.transpose([low, high])
+        from scipy.optimize import minimize  # it takes long to import
+
         result = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds)
         return np.asarray(result.x), float(before - result.fun)

@@ -6,7 +6,6 @@ Blevins, Formulas for Natural Frequency and Mode Shape, 1979.
 from collections.abc import Callable
 
 import numpy as np
-from scipy.optimize import brentq
 
 from ._beam_statics import VANISHING
 
@@ -50,6 +49,8 @@ def rigid_shapes(left: str, right: str) -> list[np.ndarray]:
 
 def elastic_roots(left: str, right: str, count: int) -> np.ndarray:
     """First positive roots of the frequency equation of a uniform beam of unit length."""
+    from scipy.optimize import brentq  # it takes long to import
+
     equation = _EQUATIONS[frozenset({left, right})]
     # Roots lie about pi apart, so a grid of an eighth of that cannot step over two of them.
     grid = 0.5 + np.arange(8 * (count + 2)) * np.pi / 8
