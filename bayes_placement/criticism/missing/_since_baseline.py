@@ -24,6 +24,9 @@ from .decide import is_unexplained
 from .fitted_model import FittedModel, fitted_model
 from .table import Policy
 
+MOST_LACKING = 2
+"""Effects that complete a model; of one that lacks more, nothing is asked that came later."""
+
 
 class Earlier(NamedTuple):
     """An earlier state, and the model that explains it if any does.
@@ -83,14 +86,15 @@ def _completed(question: Question, state: State, tick: Tick) -> Hypothesis | Non
     listed = question._replace(tried=replace(question.tried, networks=False))
     alone = listed.asked_of(state.experiment.with_errors(None), state.data)
     comparison = alone.fits.singles(tick)
-    for depth in range(1, question.most_effects + 1):
+    most = min(question.most_effects, MOST_LACKING)
+    for depth in range(1, most + 1):
         best = [each for each in comparison.distinct() if len(each.effects) == depth]
         best = best[: ALL.branches]
         fitted = best if question.errors is None else alone.fits.with_errors(*best)
         explaining = [each for each in fitted if _is_explained(each, question)]
         if explaining:
             return max(explaining, key=comparison.log_odds)
-        if best and depth < question.most_effects:
+        if best and depth < most:
             comparison = deeper(alone, comparison, depth, ALL, tick)
     return None
 
