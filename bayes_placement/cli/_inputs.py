@@ -93,7 +93,8 @@ def read_inputs(
     run = output.begin(command, path, files=files, **settings)
     screen.text(f"{study.experiment}\n")
     screen.text(lines.sentence)
-    return Inputs(screen, run, study, measurement, print_data_faults(screen, study, measurement))
+    faults = print_data_faults(screen, study, measurement, stops=True)
+    return Inputs(screen, run, study, measurement, faults)
 
 
 def _chosen_lines(
@@ -107,9 +108,18 @@ def _chosen_lines(
         raise
 
 
-def print_data_faults(screen: Screen, study: model.Study, measurement: Measurements) -> list[str]:
-    """Print what the checks of the data say, and return the faults."""
+def print_data_faults(
+    screen: Screen, study: model.Study, measurement: Measurements, *, stops: bool = False
+) -> list[str]:
+    """Print what the checks of the data say, and return the faults.
+
+    A model of which all natural frequencies are below the lines may stop the command: no effect
+    that it lacks raises all of them.
+    """
     checks = study.experiment.check_data(measurement)
+    for fault in checks.faults.get("natural frequencies", ()):
+        if stops and fault.value > fault.threshold:
+            raise InputError(fault.sentence)
     screen.list(checks.words())
     screen.text("")
     return checks.sentences()

@@ -106,7 +106,7 @@ def run(
     possible = _possible(chosen, study, measurement)
     run = output.begin("update", path, files=files, seed=seed, engine=engine, marginal=marginal)
     screen.text(f"{study.experiment}\n")
-    print_data_faults(screen, study, measurement)
+    print_data_faults(screen, study, measurement, stops=True)
     screen.list(possible.left_out)
     results: Results = {}
     for number, method in enumerate(possible.methods):

@@ -35,7 +35,7 @@ THIN = 0.15
 POINTS = 26.0
 """Length of an arrow on a line [points]."""
 
-NEAR = 0.04
+NEAR = 0.06
 """Share of the longest side up to which transducers are named together."""
 
 MOST_NAMES = 4

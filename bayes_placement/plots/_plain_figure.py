@@ -15,6 +15,9 @@ _OF_AXES = re.compile(r"\$\\mathdefault\{(-?[\d.]+\\times)?-?[\d.]+\^\{-?[\d.]+\
 """A power, as logarithmic axes write it."""
 
 
+_NOTHING = "\u200b"
+"""A letter that is not seen, where the name of an unknown may break."""
+
 WIDTH = 180 / 25.4
 """Greatest width of a figure [inch]: that of a page of A4 within its margins."""
 
@@ -54,6 +57,7 @@ class PlainFigure(Figure):
         if engine is not None:
             engine.execute(self)
         for axes in self.axes:
+            axes.apply_aspect()
             if not self.has_broken_names:
                 _break_names(axes, renderer)
             if axes.name != "3d":
@@ -86,8 +90,14 @@ def _break(name: Text, length: float, room: float) -> None:
     if length > room:
         lines = name.get_text().split("\n")
         most = max(1, int(max(map(len, lines)) * room / length))
-        parts = (textwrap.fill(line, most, break_long_words=False) for line in lines)
-        name.set_text("\n".join(parts))
+        name.set_text("\n".join(_wrapped(line, most) for line in lines))
+
+
+def _wrapped(line: str, most: int) -> str:
+    """A line in lines of so many letters; the name of an unknown breaks after a full stop."""
+    words = re.sub(r"(?<=\.)(?=[a-z_])", f"{_NOTHING} ", line)
+    broken = textwrap.fill(words, most, break_long_words=False)
+    return broken.replace(f"{_NOTHING} ", "").replace(_NOTHING, "")
 
 
 def _thin_out(panel: Axes, renderer: Any) -> None:

@@ -47,8 +47,11 @@ HIGHEST = 9.4
 LETTERS = 64
 """Letters of a line of a title."""
 
-BAR = 0.22
-"""Height of the bar of a channel, with the gap to the next [inch]."""
+BAR, AROUND = 0.22, 0.9
+"""Height of the bar of a channel, with the gap to the next, and of title and axis [inch]."""
+
+_SIDES = r"(?:sensor|actuator) |, channel"
+"""What the name of a channel does not need beside its bar."""
 
 SHARE = "misfit removed [%]"
 
@@ -93,7 +96,8 @@ def curves(
     """
     kinds = [kind for kind in reach.kinds().index if kind not in CHANNELS]
     bars = reach.curves[reach.curves["acts_on"].isin(CHANNELS)]
-    heights = [1.0] * len(kinds) + [max(1.0, len(bars) * BAR / HEIGHT)] * (not bars.empty)
+    of_bars = max(1.0, (len(bars) * BAR + AROUND) / HEIGHT)
+    heights = [1.0] * len(kinds) + [of_bars] * (not bars.empty)
     height = min(HEIGHT, HIGHEST / sum(heights))
     layout = panels(len(heights), 1, axes, heights=heights, size=(PANEL[0], height))
     for panel, kind in zip(layout.axes.flat, kinds, strict=False):
@@ -254,11 +258,12 @@ def _along(panel: Axes, curve: pd.DataFrame, best: Any, experiment: Experiment |
 
 
 def _bars(panel: Axes, curve: pd.DataFrame, best: Any) -> None:
-    names = curve["setting"]
+    names = curve["setting"].str.replace(_SIDES, "", regex=True)
     panel.barh(names, 100 * curve["any_law"], color=FAINT, label="any law")
     few = 100 * curve["few_numbers"]
     panel.barh(names, few, height=0.4, color=AFTER, label="a law of few numbers")
-    panel.plot([100 * best["few_numbers"]], [best["setting"]], **STAR, clip_on=False)
+    found = names[curve["setting"] == best["setting"]]
+    panel.plot([100 * best["few_numbers"]] * len(found), found, **STAR, clip_on=False)
     panel.invert_yaxis()  # as in the table
     panel.set(xlabel=SHARE, xlim=(0, 105))
 

@@ -360,7 +360,7 @@ def test_commands_say_which_lines_they_take_and_what_the_data_checks_say(hidden)
         assert "Lines: all 20 of the experiment, from 100 to 670 Hz." in output
         assert (
             "- The data pass their checks: repeated records, overload, mistaken records, natural "
-            "frequencies, phase." in output
+            "frequencies, units, phase." in output
         )
 
 

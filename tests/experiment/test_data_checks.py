@@ -91,6 +91,25 @@ def test_a_model_without_a_natural_frequency_among_the_lines_is_told(modulus):
     assert faults[0].sentence.startswith("The FRFs have resonances between 4 and 300 Hz, but no")
 
 
+def test_a_softer_model_than_any_is_told_from_a_stiffer_one():
+    """No effect raises all natural frequencies from below the lines: commands stop there."""
+    values = [
+        free_beam(modulus).check_data(measured(free_beam())).faults["natural frequencies"][0].value
+        for modulus in (1e-9, 1e9)
+    ]
+    assert values[0] > 1 > values[1]
+
+
+@pytest.mark.parametrize(("factor", "words"), [(1 / 9.80665, "unit g in"), (1e3, "millimetres")])
+def test_all_frfs_in_another_unit_are_told(factor, words):
+    data = measured(exchanged(), quantity="accelerance")
+    assert exchanged().check_data(data).faults["units"] == []
+    (fault,) = (
+        exchanged().check_data(dataclasses.replace(data, frf=factor * data.frf)).faults["units"]
+    )
+    assert words in fault.sentence and "divide them by this factor" in fault.sentence
+
+
 def test_natural_frequencies_without_the_effects_of_a_model_tell_nothing():
     """A body on soft mounts, measured below its first elastic mode, resonates on its mounts."""
     stiff = free_beam(1e6)

@@ -124,8 +124,10 @@ def test_long_names_of_axes_are_broken_and_numbers_are_thinned_out():
     figure = PlainFigure.on_page(3.0, 2.0)
     panel = figure.add_subplot()
     panel.set(xlim=(0.0, 0.001), ylabel="a name " * 8, xlabel="a name " * 8)
+    panel.set_title("structure.effects.tuned_absorber.damping_ratio")
     assert colliding(figure) == ([], [])
-    assert "\n" in panel.get_ylabel() and 1 < len(panel.get_xticks()) < 5
+    assert ".\n" in panel.get_title() and "\n" in panel.get_ylabel()
+    assert 1 < len(panel.get_xticks()) < 5
 
 
 def test_all_figure_functions_are_called_alike():

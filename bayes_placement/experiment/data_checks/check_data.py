@@ -13,6 +13,7 @@ from ..modal_parameters import ModalParameters
 from . import (
     driving_points,
     full_coherence,
+    known_factors,
     mains,
     mistaken_records,
     names,
@@ -63,6 +64,7 @@ CHECKS = tuple(
         ("coherence", full_coherence),
         ("mistaken records", mistaken_records),
         ("natural frequencies", natural_frequencies),
+        ("units", known_factors),
         ("phase", phase),
         ("driving points", driving_points),
         ("reciprocity", reciprocity),
@@ -88,7 +90,7 @@ class DataChecks:
     Examples
     --------
     >>> experiment.check_data(measured).words()
-    ['The data pass their checks: overload, mistaken records, natural frequencies, phase.']
+    ['The data pass their checks: overload, mistaken records, natural frequencies, units, phase.']
     """
 
     faults: dict[str, list[Fault]]
@@ -137,11 +139,11 @@ def check_data(
 
     Records that occur twice, clipped or flat ones, a coherence of 1 everywhere; records that are
     conjugated, inverted, differentiated, integrated, in decibels, with phases in degrees, with
-    lines in rad/s or with two channels swapped; resonances where units were mistaken; FRFs without
-    a phase; driving points that give energy back, pairs that are not reciprocal, free structures
-    off their rigid-body line, understated noise, and hum of the mains. Lines outside those of the
-    experiment count as well. Where modes are observed, modes of the model that have one natural
-    frequency.
+    lines in rad/s or with two channels swapped; resonances and amplitudes where units were
+    mistaken; FRFs without a phase; driving points that give energy back, pairs that are not
+    reciprocal, free structures off their rigid-body line, understated noise, and hum of the
+    mains. Lines outside those of the experiment count as well. Where modes are observed, modes of
+    the model that have one natural frequency.
 
     Parameters
     ----------

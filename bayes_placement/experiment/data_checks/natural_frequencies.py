@@ -38,7 +38,8 @@ def check(record: Record) -> Iterator[Fault]:
     low, high = record.frequency[[0, -1]]
     first = next(record.pairs)
     if not any(np.any((modes >= low) & (modes <= high)) for modes in draws):
-        yield _outside(record, first, draws[0])
+        greatest = max(float(modes.max()) for modes in draws)
+        yield _outside(record, first, draws[0], greatest)
 
 
 def natural_frequencies(experiment: "Experiment") -> list[NaturalFrequencies]:
@@ -47,12 +48,13 @@ def natural_frequencies(experiment: "Experiment") -> list[NaturalFrequencies]:
     return [frequencies_of(experiment.fix(draw).structure.modes) for draw in values]
 
 
-def _outside(record: Record, first: Pair, modes: NaturalFrequencies) -> Fault:
+def _outside(record: Record, first: Pair, modes: NaturalFrequencies, greatest: float) -> Fault:
+    """Fault whose value is above 1 where all natural frequencies are below the lines."""
     low, high = record.frequency[[0, -1]]
     elastic = modes[modes > 0]
     return record.fault(
         first,
-        0.0,
+        low / greatest if greatest > 0 else np.inf,
         1.0,
         f"The FRFs have resonances between {low:.4g} and {high:.4g} Hz, but no natural frequency "
         f"of the model lies there, at any draw from the priors (nominal: {elastic[0]:.3g} to "
