@@ -22,7 +22,7 @@ from ._figures import PANEL, STAR, color_bar, panels
 from ._impedance_paper import rule
 from ._instruments import thinness
 
-LAW_HEIGHT = 3.0
+LAW_HEIGHT = 2.3
 """Height of a panel of a law [inch]."""
 
 MARGIN, ROOM, LEAST_RANGE = 1.05, 2.0, 10**0.75
@@ -262,8 +262,8 @@ def _bars(panel: Axes, curve: pd.DataFrame, best: Any) -> None:
     panel.barh(names, 100 * curve["any_law"], color=FAINT, label="any law")
     few = 100 * curve["few_numbers"]
     panel.barh(names, few, height=0.4, color=AFTER, label="a law of few numbers")
-    found = names[curve["setting"] == best["setting"]]
-    panel.plot([100 * best["few_numbers"]] * len(found), found, **STAR, clip_on=False)
+    best_name = names[curve["setting"] == best["setting"]].iloc[:1]
+    panel.plot([100 * best["few_numbers"]] * len(best_name), best_name, **STAR, clip_on=False)
     panel.invert_yaxis()  # as in the table
     panel.set(xlabel=SHARE, xlim=(0, 105))
 

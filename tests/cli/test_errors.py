@@ -10,10 +10,14 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from bayes_placement._types import NumericalError, WorkerError
+from bayes_placement._types import InputError, NumericalError, WorkerError
 from bayes_placement.cli import _begun, check
+from bayes_placement.cli._inputs import print_data_faults
+from bayes_placement.cli._terminal import Screen
 from bayes_placement.cli.app import app
+from bayes_placement.io.model import Study
 from tests.cli.studies import EXPERIMENT
+from tests.experiment.measured_bars import free_beam, measured
 
 PACKAGE = Path(_begun.__file__).parents[1]
 
@@ -42,6 +46,17 @@ def test_no_error_of_the_model_files_own_is_taken_for_ours(tmp_path, text):
     assert answer.exit_code == 3
     assert answer.output.startswith("Traceback")
     assert "study.py" in answer.output.splitlines()[1]
+
+
+@pytest.mark.parametrize(("modulus", "stops"), [(1e-9, True), (1e-9, False), (1e9, True)])
+def test_a_model_with_all_natural_frequencies_below_the_lines_stops_a_command(modulus, stops):
+    study = Study(free_beam(modulus), None, None, {})
+    arguments = Screen.of(quiet=True, as_json=False), study, measured(free_beam())
+    if stops and modulus < 1:
+        with pytest.raises(InputError, match="no natural frequency of the model lies there"):
+            print_data_faults(*arguments, stops=stops)
+    else:
+        assert "no natural frequency" in print_data_faults(*arguments, stops=stops)[0]
 
 
 TRACED = """import jax, jax.numpy as jnp

@@ -19,6 +19,9 @@ from ..report import RESPONSES
 MOST_CHANNELS = 3
 """Channel pairs that are drawn; those with the largest error before."""
 
+HEIGHT = 1.15
+"""Mean height of the panels of a pair, three of which stand on two printed pages [inch]."""
+
 
 def items(saved: Saved) -> Iterator[Item]:
     """Draw each channel pair: amplitude, phase, and the error with what explains it."""
@@ -63,7 +66,9 @@ def _item(fits: dict[str, xr.Dataset]) -> Item:
     title = _title(first)
     has_phase = "measured_phase" in first
     heights = [1.0, 0.45, 0.8] if has_phase else [1.0, 0.8]
-    figure, axes = panels(len(heights), 1, 1.3, sharex=True, gridspec_kw={"height_ratios": heights})
+    figure, axes = panels(
+        len(heights), 1, 1.15, sharex=True, gridspec_kw={"height_ratios": heights}
+    )
     for name, colour in colours_of(fits).items():
         fit = fits[name]
         shown = fit.isel(frequency=thinned(fit["predicted"].values))
