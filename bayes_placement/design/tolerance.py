@@ -70,7 +70,7 @@ class ToleranceStudy:
             return f"{words}."
         words += f", {row['improvement']:.2g} ± {row['improvement_se']:.1g} nat more"
         if row["relocation"] <= SIGNIFICANT * row["relocation_se"]:
-            return f"{words}, and the first place is as good."
+            return f"{words}; the best place at {first:g} times the tolerance gives as much."
         return f"{words}, of which {row['relocation']:.2g} for moving there."
 
 
