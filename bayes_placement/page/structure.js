@@ -41,7 +41,7 @@ export class StructurePanel {
           this.reached();
         };
         const words = `${NAMES[kind.acts_on] ?? kind.acts_on} ${inWords(kind)}`;
-        const title = kind.bound !== undefined ? "what any law could remove of the misfit of this band" : `${kind.law_in_words}: removes ${percent(kind.few_numbers)} of the misfit, probability ${kind.best.probability.toPrecision(2)}`;
+        const title = kind.bound !== undefined ? "what any law could remove of the misfit of this band, all else as fitted to the whole" : `${kind.law_in_words}: removes ${percent(kind.few_numbers)} of the misfit, probability ${kind.best.probability.toPrecision(2)}`;
         return make("button", { "aria-pressed": String(kind.acts_on === this.kind), title, onclick: press }, words);
       }),
     );
@@ -323,8 +323,8 @@ export class StructurePanel {
   }
 }
 
-/** How much of the misfit a law removes; of a band that is being chosen, at most. */
-const inWords = (kind) => (kind.bound === undefined ? percent(kind.few_numbers) : `≤ ${percent(kind.bound)}`);
+/** How much of the misfit a law removes; of a band that is being chosen, what any law could. */
+const inWords = (kind) => (kind.bound === undefined ? percent(kind.few_numbers) : `any law ${percent(kind.bound)}`);
 
 function triangle(pen, x, y, side) {
   pen.beginPath();
