@@ -36,9 +36,8 @@ class TimeIsUpError(BaseException):
 
 
 def seconds(path: Path) -> float:
-    """Time of the processor that reading a file may take, or what is in a folder."""
-    files = path.iterdir() if path.is_dir() else (path,)
-    size = sum(file.stat().st_size for file in files if file.is_file())
+    """Time of the processor that reading a file may take."""
+    size = path.stat().st_size if path.is_file() else 0
     return _times() * (SECONDS + SECONDS_PER_MEGABYTE * size / 1e6)
 
 

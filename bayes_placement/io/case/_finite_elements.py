@@ -18,7 +18,6 @@ from ...modes.finite_elements.soft_supports import SupportMotion
 from ...positions.names import LONGEST, is_printable
 from ...positions.tolerances import Box, Member, Tolerance
 from .. import matrix_files, npz_modes
-from .._limits import time_limit
 from ._inside import inside
 from ._json_fields import CaseError, FieldRule, JsonObject, choice, load, numbers, positive
 
@@ -76,15 +75,9 @@ class FiniteElementStructure:
         return self.nodes.position.min(axis=0), self.nodes.position.max(axis=0)
 
     def modes(self, highest: float, modulus: Parameter, density: Parameter) -> NodalModes:
-        """Modes for lines up to a highest one [Hz]; a larger model may take longer."""
-        with time_limit(self.folder):
-            modes = self._solved(highest, modulus, density)
-        self._check_frequencies(np.sqrt(modes.eigenvalues) / (2 * np.pi))
-        return modes
-
-    def _solved(self, highest: float, modulus: Parameter, density: Parameter) -> NodalModes:
+        """Modes for lines up to a highest one [Hz]."""
         matrices = self.matrices
-        return finite_elements.modes(
+        modes = finite_elements.modes(
             matrices,
             self.kind.interpolate(matrices, self.corners),
             up_to=_BAND_FACTOR * highest,
@@ -95,6 +88,8 @@ class FiniteElementStructure:
             density=density,
             nominal=(self._nominal("youngs_modulus_Pa"), self._nominal("density_kg_m3")),
         )
+        self._check_frequencies(np.sqrt(modes.eigenvalues) / (2 * np.pi))
+        return modes
 
     @cached_property
     def matrices(self) -> Matrices:
