@@ -144,7 +144,7 @@ def stand_in(seed=0):
     """Measurement of a simulated frame, off by a few percent, with the same wrong instrument."""
     frequency = np.arange(BAND[0], BAND[1], 0.25)
     sizes = bp.model_error.Modal(
-        frequency=0.005, damping=0.3, shape=0.03, gain=0.02, unevenness=None
+        frequency=0.005, damping=0.3, shape=0.03, gain=0.02, stiffness_and_mass=None
     )
     true = experiment_at(frequency, sizes)
     random = np.random.default_rng(seed)

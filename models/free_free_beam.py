@@ -59,7 +59,7 @@ experiment = bp.Experiment(
         shape=dist.LogUniform(1e-3, 0.3),
         damping=None,
         gain=None,
-        unevenness=None,
+        stiffness_and_mass=None,
     ),
 )
 

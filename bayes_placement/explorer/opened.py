@@ -77,15 +77,17 @@ class Explorer:
         """Say where it is."""
         return f"Explorer: {self.address}"
 
+    def _repr_html_(self) -> str:
+        """Link to where it is."""
+        link = f'<a href="{self.address}" target="_blank" rel="noopener">{self.address}</a>'
+        return f"<div>{link}</div>"
+
     def _repr_mimebundle_(self, **settings: Any) -> Any:
-        """Show the page in a cell where anywidget is installed, else its address."""
+        """Show the page in a cell where anywidget is installed; else its address is shown."""
         from .notebook import widget_of
 
         widget = widget_of(self._server)
-        if widget is not None:
-            return widget._repr_mimebundle_(**settings)
-        link = f'<a href="{self.address}" target="_blank" rel="noopener">{self.address}</a>'
-        return {"text/plain": repr(self), "text/html": f"<div>{link}</div>"}
+        return None if widget is None else widget._repr_mimebundle_(**settings)
 
 
 @arguments_checked

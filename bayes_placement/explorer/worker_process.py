@@ -19,7 +19,7 @@ from ..criticism.missing.from_values import fitted_from
 from ..criticism.missing.improve import improve
 from ..criticism.missing.reach import reach
 from ..design.next_measurement import next_measurement
-from ..experiment.resized import with_lines_at
+from ..experiment.variants import with_lines_at
 from ..inference.alternative_explanation import Alternative
 from ..inference.estimates import scalars
 from .candidates import Offered, offered
