@@ -71,4 +71,5 @@ def test_a_cell_shows_the_page_and_its_messages_go_over_the_kernel(opened, brows
 
 def test_without_anywidget_the_address_is_shown(opened, monkeypatch):
     monkeypatch.setattr("bayes_placement.explorer.notebook.find_spec", lambda name: None)
-    assert opened.address in opened._repr_mimebundle_()["text/html"]
+    assert opened._repr_mimebundle_() is None  # then a notebook asks for HTML
+    assert opened.address in opened._repr_html_()
