@@ -176,7 +176,7 @@ def draw_channels_on_a_line(panel: Axes, experiment: Experiment) -> None:
     size = float(np.subtract(*experiment.structure.modes.bounds()[::-1]))
     for kind, side in _SIDES.items():
         transducers = list(getattr(experiment, kind).values())
-        places = np.array([[transducer.recorded] for transducer in transducers])
+        places = np.reshape([transducer.recorded for transducer in transducers], (-1, 1))
         for numbers in near_each_other(places, size):
             at = [transducers[number] for number in numbers]
             place, sign = (at[0].recorded, 0.0), 1 if -1 in at[0].directions else -1

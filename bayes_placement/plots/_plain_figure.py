@@ -71,9 +71,9 @@ class PlainFigure(Figure):
         for text in self.findobj(Text):
             if "$" in text.get_text() and not _OF_AXES.fullmatch(text.get_text()):
                 text.set_parse_math(False)
-        self._keep_apart(renderer)
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Glyph .* missing")  # a box stands in its place
+            self._keep_apart(renderer)
             Figure.draw(self, renderer)
 
 

@@ -258,7 +258,8 @@ def _along(panel: Axes, curve: pd.DataFrame, best: Any, experiment: Experiment |
 
 
 def _bars(panel: Axes, curve: pd.DataFrame, best: Any) -> None:
-    names = curve["setting"].str.replace(_SIDES, "", regex=True)
+    short = curve["setting"].str.replace(_SIDES, "", regex=True)
+    names = short if short.is_unique else curve["setting"]
     panel.barh(names, 100 * curve["any_law"], color=FAINT, label="any law")
     few = 100 * curve["few_numbers"]
     panel.barh(names, few, height=0.4, color=AFTER, label="a law of few numbers")

@@ -159,6 +159,8 @@ def draw_structure(panel: Panel, view: View, experiment: Experiment) -> None:
 
 
 def _name_transducers(panel: Panel, view: View, transducers: Sequence[Any]) -> None:
+    if not transducers:
+        return
     recorded = np.array([transducer.recorded for transducer in transducers])
     for numbers in near_each_other(recorded, float(np.max(view.high - view.low))):
         names = few([transducers[number].name for number in numbers])

@@ -160,7 +160,7 @@ def test_each_transducer_in_space_has_a_row_and_angles_say_about_what():
     figure = drawn(bp.plots.posterior.placement(result_in_space()))
     positions = {axis.get_xlabel(): axis.get_subplotspec() for axis in figure.axes}
     assert {
-        label.replace("\n", " "): (cell.rowspan.start, cell.colspan.start)
+        label.replace(".\n", ".").replace("\n", " "): (cell.rowspan.start, cell.colspan.start)
         for label, cell in positions.items()
     } == {
         "sensor.s1.position.x [mm]": (0, 0),

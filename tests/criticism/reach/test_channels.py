@@ -306,9 +306,9 @@ def test_figures_have_bars_for_channels_and_the_factor():
     axes = bp.plots.reach.curves(found).axes
     (bars,) = (each for each in axes if each.get_title().startswith("sensor s2"))
     assert [text.get_text() for text in bars.get_yticklabels()] == [
-        "sensor s1",
-        "sensor s2",
-        "sensor s3",
+        "s1",
+        "s2",
+        "s3",
         "all channels",
     ]
     widths = [patch.get_width() for patch in bars.patches]
