@@ -136,6 +136,13 @@ class FiniteElementStructure:
                     "stiffness of each region is needed, in the order of their names. Export it, "
                     "or leave the region out."
                 )
+        unnamed = {*self.folder.glob("K_region_*.npz")} - {*numbered}
+        if unnamed:  # as where `regions` is misspelt
+            raise CaseError(
+                f"{model.file} names {len(names)} regions, and {min(unnamed).name} lies beside it; "
+                "the name of each region is needed, in the order of the files, since else its "
+                'stiffness would be ignored: "regions": ["left", "right"].'
+            )
         return files
 
     def _members(self) -> dict[str, Any]:

@@ -189,3 +189,12 @@ def test_a_link_that_leads_out_of_a_model_is_refused(folder):
 
 def test_a_model_beside_the_folder_of_the_cases_is_opened(shared_data):
     assert case.read(shared_data / "imperfect" / "54_portal").experiment.force_levels is None
+
+
+def test_regions_that_the_model_does_not_name_are_refused(folder):
+    def misspelt(model):
+        model["region"] = model.pop("regions")
+
+    rewritten(folder.parent / "models/plate/model.json", misspelt)
+    with pytest.raises(case.CaseError, match=r"names 0 regions, and K_region_00.npz lies beside"):
+        case.read(folder)
