@@ -27,7 +27,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import bayes_placement as bp
-from bayes_placement._sites import Role
+from bayes_placement._shared.sites import Role
 from bayes_placement.inference.cross_check import GRID_UNKNOWNS, Method
 from bayes_placement.inference.infer import InferenceWarning
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bayes_placement._files import write_atomically
+from bayes_placement._shared.files import write_atomically
 
 SIZE = 200_000
 

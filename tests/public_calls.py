@@ -25,7 +25,8 @@ import pandas as pd
 import scipy.sparse
 
 import bayes_placement as bp
-from bayes_placement._types import PackageError, Parameter
+from bayes_placement._shared.dimensions import Parameter
+from bayes_placement._shared.errors import PackageError
 from tests.plots.test_modes import fit as modes_beside_a_model
 from tests.wrong_calls import LINES, MAP, bar, experiment, measurement, structure
 

@@ -8,8 +8,8 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement import _compiled
-from bayes_placement._compiled import compiled
+from bayes_placement._shared import compiled as _compiled
+from bayes_placement._shared.compiled import compiled
 from tests.criticism import small
 
 TRACED = []

@@ -15,9 +15,9 @@ import pytest
 import xarray as xr
 
 import bayes_placement as bp
-from bayes_placement import _files
-from bayes_placement._files import write_atomically
-from bayes_placement._types import WritingError
+from bayes_placement._shared import files as _files
+from bayes_placement._shared.errors import WritingError
+from bayes_placement._shared.files import write_atomically
 from bayes_placement.cli import _result_folder, _run
 
 

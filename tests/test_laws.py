@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bayes_placement import Structure, beams, damping
-from bayes_placement._compiled import compiled
+from bayes_placement._shared.compiled import compiled
 from bayes_placement.experiment.frf import receptance
 from bayes_placement.modes.points import Points
 

@@ -15,8 +15,8 @@ import pytest
 from loky import get_reusable_executor
 
 import bayes_placement as bp
-from bayes_placement import _processes
-from bayes_placement._processes import RARELY, rare_garbage_collection
+from bayes_placement._shared import processes as _processes
+from bayes_placement._shared.processes import RARELY, rare_garbage_collection
 from bayes_placement.criticism.missing._fits_with_errors import fitted_with_errors_in_processes
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis, with_errors
 from bayes_placement.criticism.missing._search import single_effects, with_channels

@@ -6,8 +6,8 @@ import pytest
 from scipy.special import logsumexp
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
-from bayes_placement._types import no_progress
+from bayes_placement._shared.compiled import compiled
+from bayes_placement._shared.progress import no_progress
 from bayes_placement.design.information import from_prior_draws
 from bayes_placement.inference.estimates import Weighting, figures
 from bayes_placement.inference.unconstrained import UnconstrainedModel

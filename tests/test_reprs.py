@@ -12,13 +12,13 @@ import pandas as pd
 import pytest
 
 import bayes_placement as bp
+from bayes_placement._shared.reprs import notebook_html, noun_html
 from bayes_placement.design.effective_independence import EffectiveIndependence
 from bayes_placement.design.place import Placement
 from bayes_placement.experiment.data_checks.check_data import DataChecks
 from bayes_placement.experiment.data_checks.record import Fault
 from bayes_placement.laws import Law
 from bayes_placement.laws.catalogue import leaves
-from bayes_placement.positions.reprs import notebook_html, noun_html
 from models import bar
 from tests import public_calls
 

@@ -10,7 +10,7 @@ import pytest
 from numpyro import handlers
 
 import bayes_placement as bp
-from bayes_placement import _sites
+from bayes_placement._shared import sites as _sites
 from bayes_placement.positions.names import checked_name
 
 

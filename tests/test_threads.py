@@ -10,14 +10,14 @@ import jax
 import jax.numpy as jnp
 import pytest
 
-from bayes_placement._types import LEAST_THREADS
+from bayes_placement._shared.precision import LEAST_THREADS
 from bayes_placement.design.running.executors import _thread_limits
 
 
 def test_a_process_has_as_many_threads_of_jax_as_it_should():
     """Where nothing is said: tests have one each, since they share the cores."""
     environment = {name: os.environ[name] for name in os.environ if name != "PJRT_NPROC"}
-    code = "import os, bayes_placement._types; print(os.environ['PJRT_NPROC'])"
+    code = "import os, bayes_placement._shared.precision; print(os.environ['PJRT_NPROC'])"
     done = subprocess.run(
         [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
     )

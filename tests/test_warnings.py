@@ -3,7 +3,7 @@
 import pytest
 
 INSIDE = """
-from bayes_placement._types import warn
+from bayes_placement._shared.errors import warn
 
 def first(call):
     return second(call)

@@ -13,7 +13,7 @@ import numpy as np
 import numpyro.distributions as dist
 
 import bayes_placement as bp
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from bayes_placement.effects.log_uniform_priors import negative_log_uniform
 
 LINES = np.arange(100.0, 700.0, 50.0)

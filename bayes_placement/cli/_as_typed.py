@@ -9,7 +9,7 @@ import numpy as np
 from numpyro import distributions
 from numpyro.distributions import Distribution
 
-from .._ranges import described
+from .._shared.ranges import described
 from ..effects.effect import Effect
 from ..effects.library import EFFECTS
 from ..laws.law import Law

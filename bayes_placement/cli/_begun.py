@@ -40,7 +40,7 @@ def begun(options: Common) -> Iterator["Output"]:
             from ._compilation_cache import use_compilation_cache
 
             use_compilation_cache()
-        from .._processes import begin_with_helpers, collect_garbage_rarely
+        from .._shared.processes import begin_with_helpers, collect_garbage_rarely
 
         collect_garbage_rarely()
         if options.searches:

@@ -92,7 +92,7 @@ def _in_words(error: BaseException, model: Path, show_traceback: bool) -> tuple[
 
 def _code(error: BaseException) -> int:
     """Exit code of an error of this package, or of a file that cannot be read."""
-    from .._types import InputError, UsageError
+    from .._shared.errors import InputError, UsageError
 
     is_too_long = isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG
     if is_too_long or isinstance(error, UsageError | FileNotFoundError | IsADirectoryError):
@@ -123,7 +123,7 @@ def _traceback(error: BaseException) -> str:
 
 
 def _is_ours(error: BaseException, model: Path) -> bool:
-    from .._types import PackageError
+    from .._shared.errors import PackageError
 
     if isinstance(error, PackageError):
         return True

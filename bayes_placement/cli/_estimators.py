@@ -3,7 +3,8 @@
 from collections.abc import Callable
 from typing import Any
 
-from .._types import InputError, Progress
+from .._shared.errors import InputError
+from .._shared.progress import Progress
 from ..criticism.missing.improve import improve
 from ..design import information
 from ..design.information.estimator import Estimator

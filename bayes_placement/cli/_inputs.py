@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
-from .._types import InputError, Progress, UsageError
+from .._shared.errors import InputError, UsageError
+from .._shared.progress import Progress
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.modal_parameters import ModalParameters
 from ..experiment.model_error import Modal

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
-from .._types import UsageError
+from .._shared.errors import UsageError
 from ..effects import EFFECTS, Library, library
 from ..effects.library import classes_named, nearest_name, unknown_effect
 from ..experiment.experiment import Experiment, Measurements

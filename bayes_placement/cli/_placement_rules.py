@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from .._types import UsageError
+from .._shared.errors import UsageError
 
 
 def forbidden_regions(words: Sequence[str]) -> list[tuple[Any, Any]]:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from .._types import UsageError
+from .._shared.errors import UsageError
 from ..design._positions_on import can_be_at, positions_on
 from ..experiment.experiment import Experiment
 from ..positions.bounds import in_space

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 
 import typer
 
-from .._files import UNFINISHED, delete_leftovers, lock
-from .._types import UsageError
+from .._shared.errors import UsageError
+from .._shared.files import UNFINISHED, delete_leftovers, lock
 from ._streams import printable
 
 RESULTS = Path("results")

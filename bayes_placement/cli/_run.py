@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import pandas as pd
 import xarray as xr
 
-from .._files import write_atomically, write_csv, write_json
-from .._processes import begun_in_helper
+from .._shared.files import write_atomically, write_csv, write_json
+from .._shared.processes import begun_in_helper
 from ..experiment.modal_parameters import ModalParameters
 from ..inference.record import now, versions
 from ..io import modal_parameters, netcdf

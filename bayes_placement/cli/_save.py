@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from .._files import write_atomically
-from .._types import UsageError
+from .._shared.errors import UsageError
+from .._shared.files import write_atomically
 from ..effects.effect import Effect
 from ..effects.library import kind_of
 from ..experiment.experiment import Experiment

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from .._types import InfeasibleError
+from .._shared.errors import InfeasibleError
 from ..criticism.kept_fits import fits_kept_in
 from ..criticism.missing.as_given import fitted_as_given
 from ..inference.cross_check import Method

@@ -119,7 +119,7 @@ def begin_here() -> None:
     try:
         _BEGAN_IN.set(str(Path.cwd()))
     except FileNotFoundError as error:
-        from .._types import UsageError  # with JAX
+        from .._shared.errors import UsageError  # with JAX
 
         raise UsageError(
             "The folder in which the command was typed was deleted; one that is there is needed, "

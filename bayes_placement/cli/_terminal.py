@@ -5,17 +5,24 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import pandas as pd
 from rich.box import SIMPLE_HEAD
 from rich.console import Console, JustifyMethod, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
-from .._types import Progress, no_progress
-from ..design.running.progress import progress_bars, progress_console, terminal_console
+from .._shared.progress import (
+    Progress,
+    no_progress,
+    progress_bars,
+    progress_console,
+    terminal_console,
+)
 from ._streams import print_answer, printable
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 UNBROKEN = re.compile(
     r"\(95 %: \S+ to \S+|"
@@ -67,7 +74,7 @@ class Screen(NamedTuple):
         if not self.quiet and not self.as_json:
             self.console.print(table)
 
-    def table(self, data: pd.DataFrame, index_title: str) -> None:
+    def table(self, data: "pd.DataFrame", index_title: str) -> None:
         """Print a table as wide as the terminal, and what its columns mean."""
         self.show(terminal_table(data, index_title, self.console.width))
         for note in notes(data):
@@ -135,12 +142,12 @@ NOTES = {
 """What columns of tables mean, by their heading."""
 
 
-def notes(table: pd.DataFrame) -> list[str]:
+def notes(table: "pd.DataFrame") -> list[str]:
     """Explain the columns of a table that are not plain."""
     return [note for heading, note in NOTES.items() if heading in table.columns]
 
 
-def terminal_table(data: pd.DataFrame, index_title: str, width: int) -> Table:
+def terminal_table(data: "pd.DataFrame", index_title: str, width: int) -> Table:
     """Lay out a data frame in so many columns of characters; no word and no number is broken.
 
     Where its columns do not fit, each row is a paragraph of its own.

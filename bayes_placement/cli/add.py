@@ -8,8 +8,8 @@ from typing import Any
 
 from numpyro import distributions
 
-from .._files import write_atomically
-from .._types import UsageError
+from .._shared.errors import UsageError
+from .._shared.files import write_atomically
 from ..effects import EFFECTS, Effect
 from ..effects.library import unknown_effect
 from ._as_typed import effect_as_typed, imports_of

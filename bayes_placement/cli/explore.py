@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .._types import InputError
+from .._shared.errors import InputError
 from ..experiment.model_error import Modal
 from ..explorer.opened import Given, opened
 from ..inference.engines import MAP

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from .._types import UsageError
+from .._shared.errors import UsageError
 from ..experiment.identification.identify import Side, identified
 from ..experiment.measurement import Measurement
 from ..io import formats

@@ -3,7 +3,7 @@
 from functools import partial
 from pathlib import Path
 
-from .._files import write_atomically
+from .._shared.files import write_atomically
 from ..io import case, mapped, uff
 from ..io._gate import files_read
 from ._run import Output

@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from .._files import write_atomically
-from .._types import UsageError
-from ..io._channel_row import ChannelRow
-from ..io.mapped import channel_table
+from .._shared.errors import UsageError
+from .._shared.files import write_atomically
+
+if TYPE_CHECKING:
+    from ..io._channel_row import ChannelRow
 
 FILE = "model.py"
 
@@ -108,12 +109,12 @@ s2,sensor,2,600,0,0,+x,10
 a1,actuator,3,400,0,0,+x,10
 """
 
-EXAMPLE = (
-    ChannelRow("s1", "sensor", position=(0.25, 0.0, 0.0), tolerance=(0.01, 0.0, 0.0)),
-    ChannelRow("s2", "sensor", position=(0.6, 0.0, 0.0), tolerance=(0.01, 0.0, 0.0)),
-    ChannelRow("a1", "actuator", position=(0.4, 0.0, 0.0), tolerance=(0.01, 0.0, 0.0)),
-)
-"""Channels where no table is given."""
+EXAMPLE_SENSORS = """\
+    bp.Sensor("s1", at=bp.positions.Segment(0.25, within=0.01)),
+    bp.Sensor("s2", at=bp.positions.Segment(0.6, within=0.01)),"""
+
+EXAMPLE_ACTUATORS = """\
+    bp.Actuator("a1", at=bp.positions.Segment(0.4, within=0.01)),"""
 
 
 class NewFiles(NamedTuple):
@@ -172,7 +173,7 @@ def _write_mapping(folder: Path, channels: Path | None) -> NewFiles:
     if channels is None:
         content = EXAMPLE_TABLE.encode()
     else:
-        channel_table.read(channels)  # what is none is refused here, not later
+        _rows(channels)  # what is none is refused here, not later
         content, table = channels.read_bytes(), f"{TABLE}{channels.suffix}"
     target = _free(folder / table)
     text = CASE_TEMPLATE.format(folder=folder, table=table)
@@ -188,12 +189,12 @@ def _write_mapping(folder: Path, channels: Path | None) -> NewFiles:
 
 def _write_model(folder: Path, channels: Path | None) -> NewFiles:
     path = _free(folder / FILE)
-    rows = list(EXAMPLE) if channels is None else channel_table.read(channels)
-    text = TEMPLATE.format(
-        file=path,
-        sensors=_lines("Sensor", [row for row in rows if row.role == "sensor"]),
-        actuators=_lines("Actuator", [row for row in rows if row.role == "actuator"]),
-    )
+    sensors, actuators = EXAMPLE_SENSORS, EXAMPLE_ACTUATORS
+    if channels is not None:
+        rows = _rows(channels)
+        sensors = _lines("Sensor", [row for row in rows if row.role == "sensor"])
+        actuators = _lines("Actuator", [row for row in rows if row.role == "actuator"])
+    text = TEMPLATE.format(file=path, sensors=sensors, actuators=actuators)
     write_atomically(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
     sentence = (
         f"A model was written to {path}: change it where it says CHANGE. Next: "
@@ -202,11 +203,18 @@ def _write_model(folder: Path, channels: Path | None) -> NewFiles:
     return NewFiles(sentence, [path])
 
 
-def _lines(kind: str, rows: Sequence[ChannelRow]) -> str:
+def _rows(channels: Path) -> "Sequence[ChannelRow]":
+    """Rows of a channel table; only this needs the rooms that compute, which take seconds."""
+    from ..io.mapped import channel_table
+
+    return channel_table.read(channels)
+
+
+def _lines(kind: str, rows: "Sequence[ChannelRow]") -> str:
     return "\n".join(_line(kind, row) for row in rows) or f"    # CHANGE: bp.{kind}(...)"
 
 
-def _line(kind: str, row: ChannelRow) -> str:
+def _line(kind: str, row: "ChannelRow") -> str:
     """A transducer: on a line along x, or in space, where its tolerance is a box."""
     place = row.position or (0.0, 0.0, 0.0)
     within = row.tolerance or (0.0, 0.0, 0.0)

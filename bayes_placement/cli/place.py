@@ -12,7 +12,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from .. import design
-from .._types import UsageError
+from .._shared.errors import UsageError
 from ..design import information
 from ..design.maps import information_map
 from ..design.place import Placement, place

@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 from matplotlib.figure import Figure
 
-from .._types import UsageError
+from .._shared.errors import UsageError
 from ..experiment._measurement_words import counted
 from ..experiment.experiment import Experiment
 from ..experiment.measurement import Measurement

@@ -12,7 +12,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from .._types import InfeasibleError, UsageError
+from .._shared.errors import InfeasibleError, UsageError
 from ..criticism.check.check import verdict as verdict_on
 from ..experiment.experiment import Measurements
 from ..inference import cross_check

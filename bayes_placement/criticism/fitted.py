@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from .._compiled import compiled
+from .._shared.compiled import compiled
 from ..experiment.experiment import FORCE_LEVEL, Experiment, Measurements
 from ..inference.bands import amplitude
 from ..inference.results import outputs

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .._compiled import compiled
+from .._shared.compiled import compiled
 from ..experiment.experiment import Experiment
 from ..experiment.modal_parameters import DAMPING, FREQUENCY, SHAPE, ModalParameters
 from ..experiment.observed_modes import ModesOfModel

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import xarray as xr
 
-from .._types import InputError
+from .._shared.errors import InputError
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.identification.identify import identified
 from ..experiment.measurement import Measurement

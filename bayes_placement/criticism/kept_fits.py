@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, TypeVar
 import jax
 import numpy as np
 
-from .._types import WritingError, warn
+from .._shared.errors import WritingError, warn
 from ..experiment.array_store import ArrayStore
 from ..experiment.content_hash import content_hash
 from ..inference.engines.empirical_bayes import Rival, Sized, fitted_with_sizes

@@ -9,8 +9,8 @@ from typing import Any
 import jax
 import numpy as np
 
-from .._compiled import compiled
-from .._sites import is_unknown, substitute
+from .._shared.compiled import compiled
+from .._shared.sites import is_unknown, substitute
 from ..effects.effect import Effect
 from ..experiment.experiment import Experiment
 from ..positions.places import Place, Straight, mean

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.stats import norm
 
-from ..positions.reprs import with_short_repr
+from .._shared.reprs import with_short_repr
 
 FEWEST = 16.0
 """Fewest effective data for which the scatter of neighbouring lines is compared."""

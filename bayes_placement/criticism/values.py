@@ -6,7 +6,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from .._types import Response
+from .._shared.dimensions import Response
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
 from ..inference.estimates import from_scalars, scalars

@@ -5,8 +5,8 @@ from .effective_independence import EffectiveIndependence, effective_independenc
 from .maps import Lead, information_map, lead, rivals
 from .place import Placement, place
 from .planned import planned
+from .progress import progress_bar
 from .running.executors import workers
-from .running.progress import progress_bar
 from .search.evolutionary import Evolutionary
 from .search.exhaustive import Exhaustive
 from .search.forward import Forward

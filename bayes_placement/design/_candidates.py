@@ -7,8 +7,9 @@ import equinox as eqx
 import jax
 import numpy as np
 
-from .._sites import unknowns
-from .._types import InputError, check_annotated
+from .._shared.arguments import check_annotated
+from .._shared.errors import InputError
+from .._shared.sites import unknowns
 from ..experiment.experiment import Experiment
 from ..experiment.transducers import Transducer
 from ..positions.at import RecordedPosition

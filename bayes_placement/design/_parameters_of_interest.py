@@ -6,9 +6,9 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from .._ranges import described, reach
-from .._sites import Role, Unknown
-from .._types import InputError
+from .._shared.errors import InputError
+from .._shared.ranges import described, reach
+from .._shared.sites import Role, Unknown
 from ..experiment.experiment import Experiment
 
 

@@ -7,8 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._compiled import compiled
-from .._types import InputError
+from .._shared.compiled import compiled
+from .._shared.errors import InputError
 from ..experiment.experiment import Experiment
 from ..experiment.transducers import Transducer
 from ..modes.finite_elements.outline import outline

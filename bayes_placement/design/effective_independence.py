@@ -11,14 +11,15 @@ import numpy as np
 import pandas as pd
 from jaxtyping import Float
 
-from .._compiled import compiled
-from .._types import InputError, arguments_checked
+from .._shared.arguments import arguments_checked
+from .._shared.compiled import compiled
+from .._shared.errors import InputError
+from .._shared.reprs import notebook_html
 from ..experiment.experiment import Experiment
 from ..experiment.transducers import Transducer
 from ..modes.modes import Modes
 from ..positions.bounds import position_text
 from ..positions.places import Cartesian
-from ..positions.reprs import notebook_html
 from ._candidates import Candidates, candidates
 
 Rows = Float[np.ndarray, "place channel mode"]

@@ -8,20 +8,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from .._types import (
-    InfeasibleError,
-    InputError,
-    Key,
-    Progress,
-    arguments_checked,
-    check_count,
-)
+from .._shared.arguments import arguments_checked, check_count
+from .._shared.dimensions import Key
+from .._shared.errors import InfeasibleError, InputError
+from .._shared.progress import Progress, shown
+from .._shared.reprs import with_short_repr
 from ..experiment.experiment import Experiment
-from ..positions.reprs import with_short_repr
 from ._candidates import Candidates, candidates, combinations
 from .information.estimator import Estimator, jackknife_error
 from .running.evaluation import CHUNK, MOST_LINES, Evaluation
-from .running.progress import shown
 
 SIGNIFICANT = 2.0
 """Standard errors above which a difference is significant."""

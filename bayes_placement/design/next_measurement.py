@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from .._types import PackageError
+from .._shared.errors import PackageError
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.transducers import Sensor
 from ..experiment.variants import with_lines

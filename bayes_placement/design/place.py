@@ -9,15 +9,16 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from .._types import Key, Progress, arguments_checked
+from .._shared.arguments import arguments_checked
+from .._shared.dimensions import Key
+from .._shared.progress import Progress, shown
+from .._shared.reprs import notebook_html
 from ..experiment.experiment import Experiment
 from ..positions.bounds import position_text
-from ..positions.reprs import notebook_html
 from ..positions.vectors import Recorded
 from .information.estimator import Estimator, jackknife_error
 from .maps import SIGNIFICANT, difference_of, ranked
 from .running.evaluation import MOST_LINES, Evaluation, words_on_lines
-from .running.progress import shown
 from .search._search_space import Places, SearchSpace
 from .search.exhaustive import Exhaustive
 from .search.placement_rules import PlacementRules

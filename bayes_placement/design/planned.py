@@ -3,8 +3,9 @@
 import equinox as eqx
 import numpy as np
 
-from .._sites import Role
-from .._types import InputError, arguments_checked
+from .._shared.arguments import arguments_checked
+from .._shared.errors import InputError
+from .._shared.sites import Role
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Gaussian
 from ..experiment.observe import LogAmplitude

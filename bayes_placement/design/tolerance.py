@@ -8,13 +8,14 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from .._types import InputError, Progress, arguments_checked
+from .._shared.arguments import arguments_checked
+from .._shared.errors import InputError
+from .._shared.progress import Progress, shown
+from .._shared.reprs import notebook_html
 from ..experiment.experiment import Experiment
-from ..positions.reprs import notebook_html
 from ._candidates import transducer, with_transducers
 from .maps import SIGNIFICANT, difference, information_map, lead
 from .running.evaluation import part_of_progress
-from .running.progress import shown
 
 FACTORS = (1.0, 0.5, 0.25)
 

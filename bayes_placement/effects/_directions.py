@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from .._sites import is_open
-from .._types import InputError, shown
+from .._shared.arguments import shown
+from .._shared.errors import InputError
+from .._shared.sites import is_open
 
 _ACROSS = 1e-9  # of the length of a direction, below which a component of it is rounding
 

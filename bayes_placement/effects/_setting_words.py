@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from .._sites import is_unknown
+from .._shared.sites import is_unknown
 from ..positions.bounds import in_space
 from ..positions.channel import Channel
 from ..positions.places import Cartesian, OnMember

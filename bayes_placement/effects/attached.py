@@ -5,8 +5,9 @@ from typing import Any, ClassVar
 
 import equinox as eqx
 
-from .._sites import TURNS, unit
-from .._types import InputError, shown
+from .._shared.arguments import shown
+from .._shared.errors import InputError
+from .._shared.sites import TURNS, unit
 from ..modes.ports import MOTIONS, rotation
 from .effect import Effect, NetworkAttachment, StructureEffect
 from .on_rotation import Footprint, check_rotation

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import Distribution
 
-from .._compiled import compiled
+from .._shared.compiled import compiled
 from ..modes.beams.beams import UniformBeam
 from ..modes.changed import ChangedModes, changed, over_changed_modes
 from ..modes.original_modes import required_beam

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpyro.distributions import Distribution, LogUniform, Uniform
 
-from .._ranges import Range, ends
-from .._sites import STANDS_FOR
+from .._shared.ranges import Range, ends
+from .._shared.sites import STANDS_FOR
 from .prelude import Instruments, Modes, Parameter, Scales, StructureEffect, field, unit
 
 FACTOR, WIDTHS = 3.0, 2.0

@@ -2,7 +2,7 @@
 
 import jax.numpy as jnp
 
-from .._types import Parameter
+from .._shared.dimensions import Parameter
 from .prelude import DELAY, Factor, Instruments, Number, Omega, OnTransducer, Scales, field, unit
 from .time_delay import delay_prior
 

@@ -1,6 +1,6 @@
 """A support of a uniform bar or beam that is softer than assumed."""
 
-from .._sites import unit
+from .._shared.sites import unit
 from ..modes.beams.uniform_line import UniformLine
 from ..modes.hinges import Hinge
 from ..modes.original_modes import original_line, required_line

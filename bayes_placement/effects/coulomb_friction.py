@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
-from .._ranges import NOT_NEGATIVE, POSITIVE
+from .._shared.ranges import NOT_NEGATIVE, POSITIVE
 from .amplitude_attachment import AmplitudeAttachment, circle_segment, limited_share, tried_places
 from .prelude import LogUniform, Omega, Parameter, Scales, at_each, field, unit
 

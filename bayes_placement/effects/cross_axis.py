@@ -4,8 +4,9 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from .._sites import unit
-from .._types import InputError, Parameter, Receptance
+from .._shared.dimensions import Parameter, Receptance
+from .._shared.errors import InputError
+from .._shared.sites import unit
 from .prelude import Instruments, Number, OfSide, Omega, Scales, field, log_uniform_of_either_sign
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import jax.numpy as jnp
 
-from .._ranges import NOT_NEGATIVE, POSITIVE, SIGNED_LOSS_FACTOR
+from .._shared.ranges import NOT_NEGATIVE, POSITIVE, SIGNED_LOSS_FACTOR
 from ..modes.original_modes import original_line, required_line
 from ..modes.ports import cuts_over, over
 from .effect import AtPlace, Omega, OnPorts, Stiffness, placed

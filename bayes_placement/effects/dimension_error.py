@@ -5,7 +5,7 @@ from typing import Any
 
 import equinox as eqx
 
-from .._ranges import SIZE
+from .._shared.ranges import SIZE
 from ..modes.beams.beams import UniformBar, UniformBeam
 from ..modes.beams.uniform_line import UniformLine
 from ..modes.finite_elements.nodal_modes import NodalModes

@@ -9,8 +9,10 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float, Inexact
 
-from .._sites import is_unknown, unit
-from .._types import Parameter, check_annotated
+from .._shared.arguments import check_annotated
+from .._shared.dimensions import Parameter
+from .._shared.reprs import with_short_repr
+from .._shared.sites import is_unknown, unit
 from ..laws.law import Law
 from ..modes.flexible_parts import FlexiblePart
 from ..modes.hinges import Hinge
@@ -22,7 +24,6 @@ from ..positions import at as _at
 from ..positions.names import printable_name
 from ..positions.places import Place as InSpace
 from ..positions.places import Position, coordinates
-from ..positions.reprs import with_short_repr
 from ..positions.tolerances import Tolerance
 from ..positions.vectors import Recorded
 from . import _setting_words

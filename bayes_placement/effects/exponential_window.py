@@ -1,6 +1,6 @@
 """The exponential window of an impact test, which adds damping to every mode."""
 
-from .._ranges import NOT_NEGATIVE
+from .._shared.ranges import NOT_NEGATIVE
 from .prelude import InstrumentEffect, LogUniform, Omega, Parameter, Scales, field, unit
 
 

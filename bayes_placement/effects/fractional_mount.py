@@ -1,6 +1,6 @@
 """A mount of rubber, between a spring and a dashpot."""
 
-from .._ranges import ORDER, POSITIVE
+from .._shared.ranges import ORDER, POSITIVE
 from .prelude import NetworkAttachment, Parameter, Scales, Springpot, Uniform, at_each, field, unit
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from .._types import Parameter, Receptance
+from .._shared.dimensions import Parameter, Receptance
 from .instruments import Instruments, Number
 from .prelude import RELATIVE, Omega, OnTransducer, Scales, field, log_uniform_of_either_sign, unit
 

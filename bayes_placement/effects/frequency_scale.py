@@ -1,6 +1,6 @@
 """A wrong sampling rate, which scales the axis of frequency."""
 
-from .._types import Parameter
+from .._shared.dimensions import Parameter
 from .prelude import RATE, InstrumentEffect, Omega, Scales, field, log_uniform_of_either_sign, unit
 
 

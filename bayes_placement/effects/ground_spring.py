@@ -3,7 +3,7 @@
 import numpy as np
 from numpyro.distributions import Distribution
 
-from .._types import Parameter
+from .._shared.dimensions import Parameter
 from .prelude import NetworkAttachment, Scales, Spring, at_each, field, negative_log_uniform, unit
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from .._sites import TURNS
+from .._shared.sites import TURNS
 from ..modes.original_modes import required_line
 from ..modes.ports import MOTIONS, cut
 from .attached import GivenLaw, check_motion

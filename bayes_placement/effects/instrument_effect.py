@@ -6,7 +6,7 @@ from typing import ClassVar, NamedTuple, TypeAlias, TypeVar
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Inexact
 
-from .._types import Receptance
+from .._shared.dimensions import Receptance
 from ..modes.modes import Modes
 from .effect import Effect, Omega, Stiffness
 from .instruments import Instruments

@@ -7,7 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from .._types import InputError, shown
+from .._shared.arguments import shown
+from .._shared.errors import InputError
 from ..modes.points import Points, joined
 from ..positions.channel import Channel
 from ..positions.vectors import Recorded

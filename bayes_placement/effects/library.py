@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Generic, TypeAlias, TypeVar
 
-from .._types import InputError, arguments_checked
-from ..positions.reprs import with_short_repr
+from .._shared.arguments import arguments_checked
+from .._shared.errors import InputError
+from .._shared.reprs import with_short_repr
 from . import registry
 from .effect import Effect
 from .scales import Scales, Setup

@@ -5,8 +5,9 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from .._ranges import POSITIVE, SHARE_LOST
-from .._types import InputError, Parameter
+from .._shared.dimensions import Parameter
+from .._shared.errors import InputError
+from .._shared.ranges import POSITIVE, SHARE_LOST
 from ..modes.beams.uniform_line import UniformLine
 from ..modes.hinges import Hinge
 from ..modes.original_modes import original_line, required_line

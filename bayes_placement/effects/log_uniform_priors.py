@@ -5,7 +5,7 @@ import math
 from numpyro.distributions import Distribution, TransformedDistribution, Uniform
 from numpyro.distributions.transforms import AffineTransform, ExpTransform
 
-from .._ranges import SinhTransform
+from .._shared.ranges import SinhTransform
 
 
 def negative_log_uniform(least: float, greatest: float) -> Distribution:

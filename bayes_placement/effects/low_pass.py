@@ -5,7 +5,8 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from .._types import InputError, Parameter
+from .._shared.dimensions import Parameter
+from .._shared.errors import InputError
 from .instruments import Instruments, Number
 from .prelude import POSITIVE, Factor, LogUniform, Omega, OnTransducer, Scales, field, unit
 

@@ -6,8 +6,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from .._ranges import ANGLE, NOT_NEGATIVE, POSITIVE
-from .._types import InputError, Parameter, Receptance
+from .._shared.dimensions import Parameter, Receptance
+from .._shared.errors import InputError
+from .._shared.ranges import ANGLE, NOT_NEGATIVE, POSITIVE
 from .instruments import Instruments, Number
 from .prelude import LogUniform, Omega, OnTransducer, Scales, Uniform, channels, field, unit
 

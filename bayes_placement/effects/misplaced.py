@@ -11,8 +11,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._sites import is_open, is_unknown, unit
-from .._types import InputError, Parameter
+from .._shared.dimensions import Parameter
+from .._shared.errors import InputError
+from .._shared.sites import is_open, is_unknown, unit
 from ..positions.bounds import in_space
 from ..positions.places import Cartesian, Frame
 from ..positions.vectors import CartesianComponents, triple

@@ -5,8 +5,8 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from .._ranges import POSITIVE, SHARE_OF_CRITICAL
-from .._types import Parameter
+from .._shared.dimensions import Parameter
+from .._shared.ranges import POSITIVE, SHARE_OF_CRITICAL
 from .prelude import Factor, Instruments, LogUniform, Number, OfSide, Omega, Scales, field, unit
 
 

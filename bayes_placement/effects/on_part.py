@@ -7,7 +7,7 @@ from typing import ClassVar
 import equinox as eqx
 import numpy as np
 
-from .._types import InputError
+from .._shared.errors import InputError
 from ..modes.finite_elements.nodal_modes import NodalModes
 from ..modes.modes import Modes
 from ..modes.original_modes import original_nodal_modes

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._types import InputError
+from .._shared.errors import InputError
 from ..modes.modes import Modes
 from . import _setting_words
 from .effect import Location

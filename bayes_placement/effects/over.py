@@ -5,7 +5,7 @@ from typing import Any, ClassVar, TypeAlias
 
 import equinox as eqx
 
-from .._types import InputError
+from .._shared.errors import InputError
 from ..modes.ports import over
 from ..positions.bounds import in_space
 from .attached import GivenLaw

@@ -1,6 +1,6 @@
 """A mass fixed to one place of the structure."""
 
-from .._types import Parameter
+from .._shared.dimensions import Parameter
 from .prelude import LogUniform, Mass, NetworkAttachment, Scales, field, negative_log_uniform, unit
 
 

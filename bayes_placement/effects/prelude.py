@@ -5,7 +5,9 @@
 from equinox import field
 from numpyro.distributions import LogUniform, Uniform
 
-from .._ranges import (
+from .._shared.dimensions import Parameter, Receptance
+from .._shared.errors import InputError
+from .._shared.ranges import (
     ANGLE,
     DELAY,
     LOSS_FACTOR,
@@ -19,8 +21,7 @@ from .._ranges import (
     SIGNED_LOSS_FACTOR,
     SIZE,
 )
-from .._sites import is_unknown, unit
-from .._types import InputError, Parameter, Receptance
+from .._shared.sites import is_unknown, unit
 from ..laws import Dashpot, Law, LossySpring, Mass, Spring, Springpot
 from ..modes.modes import Modes
 from ..modes.points import Points

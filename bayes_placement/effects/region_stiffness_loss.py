@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Array, Int
 
-from .._ranges import SHARE_LOST
+from .._shared.ranges import SHARE_LOST
 from ..modes.finite_elements.nodal_modes import NodalModes, nodal_of
 from ..modes.flexible_parts import WeakenedRegion
 from .on_part import OnPart

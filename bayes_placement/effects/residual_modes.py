@@ -7,8 +7,9 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import Normal
 
-from .._sites import is_unknown, unit
-from .._types import InputError, Parameter
+from .._shared.dimensions import Parameter
+from .._shared.errors import InputError
+from .._shared.sites import is_unknown, unit
 from .prelude import OF_CHANNELS, InstrumentEffect, Instruments, Omega, Scales, field
 
 

@@ -1,6 +1,6 @@
 """A rotary inertia fixed to one place of the structure."""
 
-from .._types import Parameter
+from .._shared.dimensions import Parameter
 from .prelude import Footprint, LogUniform, Mass, OnRotation, Scales, bending_scale, field, unit
 
 

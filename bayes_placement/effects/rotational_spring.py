@@ -1,6 +1,6 @@
 """A spring that holds the rotation of the structure at one place."""
 
-from .._types import Parameter
+from .._shared.dimensions import Parameter
 from .prelude import Footprint, LogUniform, OnRotation, Scales, Spring, bending_scale, field, unit
 
 

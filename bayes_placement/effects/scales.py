@@ -13,11 +13,11 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import LogUniform
 
-from .._compiled import compiled
-from .._sites import Unknown
+from .._shared.compiled import compiled
+from .._shared.reprs import with_short_repr
+from .._shared.sites import Unknown
 from ..modes.finite_elements.nodal_modes import nodal_of
 from ..modes.modes import Modes, moved_mass
-from ..positions.reprs import with_short_repr
 from .instruments import Instruments
 
 Axis: TypeAlias = tuple[float, float, float] | None

@@ -1,6 +1,6 @@
 """A mass spread over a part of the structure."""
 
-from .._ranges import NOT_NEGATIVE
+from .._shared.ranges import NOT_NEGATIVE
 from .over import Extent, OverExtent
 from .prelude import LogUniform, Mass, Parameter, Scales, field, unit
 

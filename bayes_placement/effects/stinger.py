@@ -2,7 +2,7 @@
 
 import jax.numpy as jnp
 
-from .._ranges import POSITIVE, SHARE_OF_CRITICAL
+from .._shared.ranges import POSITIVE, SHARE_OF_CRITICAL
 from .prelude import InstrumentEffect, LogUniform, Omega, Parameter, Scales, Stiffness, field, unit
 
 

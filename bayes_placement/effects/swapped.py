@@ -9,7 +9,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Int
 
-from .._types import InputError, Parameter, Receptance
+from .._shared.dimensions import Parameter, Receptance
+from .._shared.errors import InputError
 from .instrument_effect import Alone
 from .prelude import Instruments, Modes, Number, OfSide, Omega, Scales, field, unit
 

@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 from numpyro.distributions import Distribution
 
-from .._ranges import DELAY
+from .._shared.ranges import DELAY
 from .instrument_effect import Factor, InstrumentEffect
 from .prelude import Instruments, Omega, Parameter, Scales, field, log_uniform_of_either_sign, unit
 

@@ -2,7 +2,7 @@
 
 import jax.numpy as jnp
 
-from .._ranges import POSITIVE, SHARE_OF_CRITICAL
+from .._shared.ranges import POSITIVE, SHARE_OF_CRITICAL
 from ..laws import Dashpot, Law, Mass, Spring
 from .prelude import LogUniform, NetworkAttachment, Parameter, Scales, at_each, field, unit
 

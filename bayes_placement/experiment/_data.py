@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool
 
-from .._types import Response
+from .._shared.dimensions import Response
 
 
 class Data(eqx.Module):

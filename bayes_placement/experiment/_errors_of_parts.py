@@ -7,8 +7,9 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .._sites import unit
-from .._types import InputError, Parameter
+from .._shared.dimensions import Parameter
+from .._shared.errors import InputError
+from .._shared.sites import unit
 from ..effects.instruments import Instruments
 from ..modes.uneven_pieces import Excess, PieceShares
 

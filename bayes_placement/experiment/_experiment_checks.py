@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 import jax
 import numpy as np
 
-from .._sites import Role, unknowns
-from .._types import InfeasibleError, InputError, check_annotated, check_kind, shown
+from .._shared.arguments import check_annotated, check_kind, shown
+from .._shared.errors import InfeasibleError, InputError
+from .._shared.sites import Role, unknowns
 from ..effects.effect import Effect
 from ..laws.tabulated import tables_in
 from ..modes.modes import Modes

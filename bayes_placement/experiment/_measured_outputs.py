@@ -5,8 +5,8 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from .._compiled import compiled
-from .._types import Response
+from .._shared.compiled import compiled
+from .._shared.dimensions import Response
 from .noise import Data
 from .observation import Observation
 

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from .._shared.reprs import notebook_html
 from ..positions.channel import Channel
-from ..positions.reprs import notebook_html
 from .quantities import quantity_of
 
 if TYPE_CHECKING:

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from .._types import InputError, check_annotated, finite_number, shown
+from .._shared.arguments import check_annotated, finite_number, shown
+from .._shared.errors import InputError
 from .scatter_of_lines import FEWEST
 
 PairLabel = Callable[[int, int], str]

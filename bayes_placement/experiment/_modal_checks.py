@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from .._types import InputError, shown
+from .._shared.arguments import shown
+from .._shared.errors import InputError
 from ..positions.channel import Channel
 
 MOST_IMAGINARY = 0.2

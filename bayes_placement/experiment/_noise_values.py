@@ -5,8 +5,10 @@ from typing import Any
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._sites import is_open, is_unknown
-from .._types import InputError, Parameter, check_annotated, shown
+from .._shared.arguments import check_annotated, shown
+from .._shared.dimensions import Parameter
+from .._shared.errors import InputError
+from .._shared.sites import is_open, is_unknown
 
 
 def not_negative(call: str, word: str, value: Parameter) -> Parameter:

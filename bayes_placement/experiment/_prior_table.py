@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._sites import Role, Unknown
-from ..positions.reprs import PRIOR_HEADINGS, prior_rows
+from .._shared.reprs import PRIOR_HEADINGS, prior_rows
+from .._shared.sites import Role, Unknown
 from ._measurement_words import lines_in_words
 
 if TYPE_CHECKING:  # the class imports this module

@@ -17,10 +17,11 @@ from numpyro.distributions import (
 )
 from numpyro.distributions.transforms import AffineTransform
 
-from .._compiled import compiled
-from .._ranges import ALIKE, POSITIVE, Range, described, is_plain, reach
-from .._sites import Leaf, Unknown, is_unknown, leaves_with_unit, substitute, unknowns
-from .._types import InputError, shown
+from .._shared.arguments import shown
+from .._shared.compiled import compiled
+from .._shared.errors import InputError
+from .._shared.ranges import ALIKE, POSITIVE, Range, described, is_plain, reach
+from .._shared.sites import Leaf, Unknown, is_unknown, leaves_with_unit, substitute, unknowns
 from ..positions.at import position_on
 from ..positions.bounds import Bounds
 

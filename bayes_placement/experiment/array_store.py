@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from .._files import write_atomically
-from .._types import InputError, warn
+from .._shared.errors import InputError, warn
+from .._shared.files import write_atomically
 
 
 class ArrayStore:

@@ -12,11 +12,13 @@ import numpy as np
 from jaxtyping import Array, Complex, Float, Inexact
 from numpyro.distributions import Delta, Distribution, constraints
 
-from .._ranges import LOSS_FACTOR, SHARE_OF_CRITICAL
-from .._sites import is_unknown, unit
-from .._types import InputError, Parameter, check_annotated, shown
+from .._shared.arguments import check_annotated, shown
+from .._shared.dimensions import Parameter
+from .._shared.errors import InputError
+from .._shared.ranges import LOSS_FACTOR, SHARE_OF_CRITICAL
+from .._shared.reprs import with_short_repr
+from .._shared.sites import is_unknown, unit
 from ..effects.effect import Omega
-from ..positions.reprs import with_short_repr
 
 Loss = Complex[Array, "mode frequency"]
 Natural = Float[Array, "mode"]

@@ -11,16 +11,17 @@ import numpy as np
 import numpyro
 from jaxtyping import Array, Float
 
-from .. import _sites
-from .._compiled import compiled
-from .._sites import Owner, Role, Unknown, owners
-from .._types import InputError, Receptance, Response, check_annotated
+from .._shared.arguments import check_annotated
+from .._shared.compiled import compiled
+from .._shared.dimensions import Receptance, Response
+from .._shared.errors import InputError
+from .._shared.reprs import noun_html
+from .._shared.sites import Owner, Role, Unknown, owners, realise, unknowns
 from ..effects.effect import Effect
 from ..effects.instrument_effect import InstrumentEffect
 from ..effects.instruments import Instruments
 from ..effects.scales import Scales
 from ..positions.places import typical
-from ..positions.reprs import noun_html
 from . import _experiment_checks
 from ._measured_outputs import measured_outputs, simulated_outputs
 from ._prior_table import prior_table, sentence_on
@@ -207,7 +208,7 @@ class Experiment(eqx.Module):
     @property
     def unknowns(self) -> list[Unknown]:
         """Every unknown with its owner, prior and unit, in the order in which they are sampled."""
-        return _sites.unknowns(self)
+        return unknowns(self)
 
     @property
     def unknown(self) -> dict[str, Unknown]:
@@ -342,7 +343,7 @@ class Experiment(eqx.Module):
         measurement
             What was measured; None to simulate.
         """
-        concrete = _sites.realise(self)
+        concrete = realise(self)
         predicted = concrete.predict()
         data = measurement if isinstance(measurement, Data | None) else self.data(measurement)
         if data is None:

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
-from .._types import InputError, check_kind
+from .._shared.arguments import check_kind
+from .._shared.errors import InputError
 from .measurement import Measurement
 from .modal_parameters import ModalParameters
 

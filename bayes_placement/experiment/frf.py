@@ -10,7 +10,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float, Inexact
 
-from .._types import InputError, Receptance
+from .._shared.dimensions import Receptance
+from .._shared.errors import InputError
 from ..effects.amplitude_attachment import AmplitudeAttachment
 from ..effects.effect import Omega, OnPorts
 from ..modes.eigenpairs import with_coupling

@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from .._types import InputError, Spectrum, check_kind, shown
+from .._shared.arguments import check_kind, shown
+from .._shared.dimensions import Spectrum
+from .._shared.errors import InputError
 from ._noise_level import noise_variance, scatter_variance
 from .quantities import converted
 

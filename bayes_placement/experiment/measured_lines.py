@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float, Int
 
-from .._types import InputError
+from .._shared.errors import InputError
 from ._measurement_checks import not_measured
 
 # Universal files carry 6 significant digits of the first line and of the spacing, so a line is

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from .._types import check_annotated
+from .._shared.arguments import check_annotated
+from .._shared.reprs import notebook_html
 from ..positions.channel import Channel, Channels, check_distinct, match, parsed
-from ..positions.reprs import notebook_html
 from . import _modal_checks as checks
 
 __all__ = ["ModalParameters"]

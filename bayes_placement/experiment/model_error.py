@@ -18,13 +18,15 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import LogUniform, Normal
 
-from .._sites import Role, Unknown, is_unknown, owners
-from .._types import InputError, Parameter, check_fields
+from .._shared.arguments import check_fields
+from .._shared.dimensions import Parameter
+from .._shared.errors import InputError
+from .._shared.reprs import with_short_repr
+from .._shared.sites import Role, Unknown, is_unknown, owners
 from ..effects.instruments import Instruments
 from ..effects.scales import Scales
 from ..modes.modes import Modes, frequencies_of
 from ..modes.uneven_pieces import piece_shares
-from ..positions.reprs import with_short_repr
 from ._errors_of_parts import (
     OF_WHAT,
     SIDES,

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._compiled import Bound, compiled
+from .._shared.compiled import Bound, compiled
 from ..modes.modes import Modes
 from ..modes.points import Points, joined
 from .frf import linear_laws

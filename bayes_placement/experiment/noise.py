@@ -9,10 +9,11 @@ import numpy as np
 from jaxtyping import Array
 from numpyro.distributions import Distribution, MultivariateNormal, Normal
 
-from .._ranges import POSITIVE, SHARE_OF_AMPLITUDE
-from .._sites import is_unknown, unit
-from .._types import InputError, Parameter, Response
-from ..positions.reprs import with_short_repr
+from .._shared.dimensions import Parameter, Response
+from .._shared.errors import InputError
+from .._shared.ranges import POSITIVE, SHARE_OF_AMPLITUDE
+from .._shared.reprs import with_short_repr
+from .._shared.sites import is_unknown, unit
 from ._data import Data
 from ._noise_values import check_lines, not_negative, positive, positive_definite
 from .measurement import Measurement
@@ -352,8 +353,8 @@ class Relative(Noise):
 
     def deviation(self, data: Data) -> Response | None:
         """Deviation of every output; None where a number of it is a distribution."""
-        known = not any(map(is_unknown, (self.ratio, self.floor, self.coherence)))
-        return self._deviation(data) if known else None
+        unknown = any(map(is_unknown, (self.ratio, self.floor, self.coherence)))
+        return None if unknown else self._deviation(data)
 
     def _deviation(self, data: Data | None) -> Response:
         if data is None or data.relative is None or data.absolute is None:
@@ -362,9 +363,8 @@ class Relative(Noise):
                 "given here. Give the data of an experiment that has this noise, "
                 "experiment.data(measurement), or use noise.Gaussian(sigma)."
             )
-        relative = data.relative * jnp.asarray(self.ratio)
-        absolute = data.absolute * jnp.asarray(self.floor)
-        variance = relative**2 + absolute**2
+        ratio, floor = jnp.asarray(self.ratio), jnp.asarray(self.floor)
+        variance = (data.relative * ratio) ** 2 + (data.absolute * floor) ** 2
         if self.coherence is None:
             return jnp.sqrt(variance)
         if data.deviation is None:

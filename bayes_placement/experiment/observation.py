@@ -8,9 +8,10 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float, Inexact
 
-from .._types import InputError, Receptance, Response
+from .._shared.dimensions import Receptance, Response
+from .._shared.errors import InputError
+from .._shared.reprs import with_short_repr
 from ..positions.channel import Channel
-from ..positions.reprs import with_short_repr
 from ._data import Data
 from .quantities import quantity_of
 

@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from .._types import Response
+from .._shared.dimensions import Response
 from ._logarithm import log10
 from .observation import FRF, AngularFrequencies, Measured, Observation, Variance
 from .observed_modes import Modes

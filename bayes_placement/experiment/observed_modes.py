@@ -9,7 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Inexact, Int
 
-from .._types import InputError, Receptance, Response, check_kind
+from .._shared.arguments import check_kind
+from .._shared.dimensions import Receptance, Response
+from .._shared.errors import InputError
 from ..positions.channel import Channel
 from ._data import Data
 from ._experiment_checks import all_known, no_frfs

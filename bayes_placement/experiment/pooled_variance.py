@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import convolve1d
 from scipy.special import chdtri
 
-from .._types import Spectrum
+from .._shared.dimensions import Spectrum
 
 DEGREES = 100
 """Complex degrees of freedom by which a variance is known to 10 %, and chi2 is 1 % too large."""

@@ -8,9 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 from numpyro.distributions import Distribution
 
-from .._compiled import compiled, with_sorted_fields
-from .._sites import Unknown
-from .._types import Key
+from .._shared.compiled import compiled, with_sorted_fields
+from .._shared.dimensions import Key
+from .._shared.sites import Unknown
 
 
 class _PriorStructure(NamedTuple):

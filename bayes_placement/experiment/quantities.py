@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._types import InputError
+from .._shared.errors import InputError
 
 
 class Quantity(NamedTuple):

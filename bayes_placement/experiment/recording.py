@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Inexact
 
-from .._types import Receptance
+from .._shared.dimensions import Receptance
 from ..effects.effect import Omega
 from ..effects.instrument_effect import InstrumentEffect
 from ..effects.instruments import Instruments

@@ -8,8 +8,10 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Inexact
 
-from .._sites import Role, owners, settled
-from .._types import InputError, check_annotated, check_kind
+from .._shared.arguments import check_annotated, check_kind
+from .._shared.errors import InputError
+from .._shared.reprs import noun_html
+from .._shared.sites import Role, owners, settled
 from ..effects.amplitude_attachment import AmplitudeAttachment
 from ..effects.effect import (
     Effect,
@@ -23,7 +25,6 @@ from ..effects.effect import (
 from ..modes.hinges import with_compliance
 from ..modes.modes import Modes
 from ..positions.names import checked_name
-from ..positions.reprs import noun_html
 from ._value_checks import check_values
 from .damping import Damping
 

@@ -10,9 +10,12 @@ import numpy as np
 from jaxtyping import Array, Float, Inexact
 from numpy.typing import ArrayLike
 
-from .._ranges import ANGLE, DELAY, described
-from .._sites import Role, is_open, is_unknown, unit, unknowns
-from .._types import InputError, Parameter, Shapes, check_annotated, check_kind
+from .._shared.arguments import check_annotated, check_kind
+from .._shared.dimensions import Parameter, Shapes
+from .._shared.errors import InputError
+from .._shared.ranges import ANGLE, DELAY, described
+from .._shared.reprs import noun_html
+from .._shared.sites import Role, is_open, is_unknown, unit, unknowns
 from ..modes.modes import Modes
 from ..modes.points import Points
 from ..modes.ports import is_beam, on_arms
@@ -22,7 +25,6 @@ from ..positions.bounds import in_space, position_text
 from ..positions.channel import checked
 from ..positions.names import checked_name
 from ..positions.places import Place, Position, coordinates, mean
-from ..positions.reprs import noun_html
 from ..positions.tolerances import Tolerance
 from ..positions.vectors import Recorded, Vector, rotation, triple, unit_vector
 from .measurement import Channel

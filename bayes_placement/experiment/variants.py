@@ -9,8 +9,9 @@ from typing import Any
 import equinox as eqx
 import numpy as np
 
-from .._sites import is_unknown
-from .._types import InputError, arguments_checked
+from .._shared.arguments import arguments_checked
+from .._shared.errors import InputError
+from .._shared.sites import is_unknown
 from ._errors_of_parts import OF_WHAT
 from .experiment import Experiment
 from .measurement import Measurement

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
-from .._types import InputError
+from .._shared.errors import InputError
 from ..experiment.experiment import Experiment
 from ..experiment.model_error import Modal
 from ..inference.units import readable

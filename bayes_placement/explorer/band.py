@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .._types import InputError
+from .._shared.errors import InputError
 from ..experiment.experiment import Experiment
 
 Band = tuple[float, float]

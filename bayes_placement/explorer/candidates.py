@@ -4,9 +4,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._ranges import ends
-from .._sites import Unknown
-from .._types import InputError
+from .._shared.errors import InputError
+from .._shared.ranges import ends
+from .._shared.sites import Unknown
 from ..criticism.locations import locations
 from ..effects.effect import Effect
 from ..effects.library import EFFECTS, library

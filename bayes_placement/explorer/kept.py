@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from .._files import write_json
-from .._types import InputError, WritingError
+from .._shared.errors import InputError, WritingError
+from .._shared.files import write_json
 from ..experiment.content_hash import content_hash
 from .session import SCHEMA, Session
 

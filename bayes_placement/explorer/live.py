@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
-from .._types import PackageError
+from .._shared.errors import PackageError
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
 from ..page.frames import packed

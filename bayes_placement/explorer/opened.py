@@ -6,7 +6,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .._types import InfeasibleError, InputError, arguments_checked
+from .._shared.arguments import arguments_checked
+from .._shared.errors import InfeasibleError, InputError
 from ..criticism.missing._candidates import check_experiment
 from ..experiment.experiment import Experiment, Measurements
 

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._compiled import Bound, compiled, of_jax
+from .._shared.compiled import Bound, compiled, of_jax
 from ..criticism.values import prediction, with_arrays
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.force_levels import at_levels

@@ -19,7 +19,7 @@ from starlette.routing import Route, Router, WebSocketRoute
 from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from .._types import InputError
+from .._shared.errors import InputError
 from ..page.standalone import FIRST, FOLDER, script
 from .live import LivePage
 from .messages import LONGEST, Message, MessageError, parsed

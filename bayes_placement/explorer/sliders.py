@@ -8,9 +8,9 @@ import numpy as np
 from jaxtyping import Float
 from numpyro.distributions import Distribution
 
-from .._compiled import compiled
-from .._ranges import described, ends
-from .._sites import Role, Unknown, is_finite
+from .._shared.compiled import compiled
+from .._shared.ranges import described, ends
+from .._shared.sites import Role, Unknown, is_finite
 from ..experiment.experiment import Experiment
 from ..inference.units import readable
 

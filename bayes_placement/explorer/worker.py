@@ -15,7 +15,7 @@ from typing import IO, Any, NamedTuple
 import cloudpickle
 import jax
 
-from .._processes import SETTINGS
+from .._shared.processes import SETTINGS
 from ..experiment.experiment import Experiment, Measurements
 
 LENGTH = struct.Struct("<Q")

@@ -11,8 +11,8 @@ from typing import Any
 
 import jax
 
-from .._processes import collect_garbage_rarely
-from .._types import PackageError
+from .._shared.errors import PackageError
+from .._shared.processes import collect_garbage_rarely
 from ..criticism.kept_fits import fits_kept_in
 from ..criticism.missing.as_given import fitted_as_given
 from ..criticism.missing.from_values import fitted_from

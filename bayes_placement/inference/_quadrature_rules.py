@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Array, Float, Shaped
 from numpyro.distributions import Distribution
 
-from .._compiled import compiled
-from .._sites import is_finite
-from .._types import InfeasibleError
+from .._shared.compiled import compiled
+from .._shared.errors import InfeasibleError
+from .._shared.sites import is_finite
 
 Interval = tuple[float, float]
 """Part of a distribution, by its cumulative probabilities."""

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from numpyro.distributions import Distribution, Uniform
 
-from .._compiled import compiled
+from .._shared.compiled import compiled
 from ..experiment.experiment import MEASURED, RESPONSE, Experiment
 from ..experiment.noise import Data
 from .divergence import Divergence

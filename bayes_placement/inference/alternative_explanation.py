@@ -7,9 +7,10 @@ import equinox as eqx
 import numpy as np
 import xarray as xr
 
-from .._types import InputError, check_annotated, check_fields
+from .._shared.arguments import check_annotated, check_fields
+from .._shared.errors import InputError
+from .._shared.reprs import with_short_repr
 from ..experiment.experiment import Experiment
-from ..positions.reprs import with_short_repr
 
 JointDraws: TypeAlias = dict[str, np.ndarray]
 """Draws of equal weight that belong together [draw, ...], by the name of the unknown."""

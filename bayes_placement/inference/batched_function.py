@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 from jaxtyping import Float, Int, Shaped
 
-from .._processes import has_one_core
+from .._shared.processes import has_one_core
 
 BATCH = 8
 """Points evaluated together: more cost memory, fewer cost compiled calls."""

@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import ImproperUniform, constraints
 
-from .._sites import substitute
+from .._shared.sites import substitute
 from ..experiment.experiment import Experiment
 from ..experiment.with_effects_applied import with_effects_applied
 

@@ -22,9 +22,9 @@ from numpyro.distributions import (
     biject_to,
 )
 
-from .._compiled import compiled
-from .._ranges import ALIKE, plain_quantile
-from .._types import InfeasibleError
+from .._shared.compiled import compiled
+from .._shared.errors import InfeasibleError
+from .._shared.ranges import ALIKE, plain_quantile
 from .symmetries import Values
 
 Vector = Float[Array, "unknown"]

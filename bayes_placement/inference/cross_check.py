@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from .._types import InfeasibleError
+from .._shared.errors import InfeasibleError
 from ..experiment.experiment import Experiment, Measurements
 from . import engines, marginals
 from .engines.engine import Engine

@@ -7,8 +7,9 @@ from jaxtyping import Float
 from scipy.spatial import cKDTree
 from scipy.special import gammaln, logsumexp, psi
 
-from .._types import InputError, arguments_checked
-from ..positions.reprs import with_short_repr
+from .._shared.arguments import arguments_checked
+from .._shared.errors import InputError
+from .._shared.reprs import with_short_repr
 from .estimates import Weighting, standard_error
 
 

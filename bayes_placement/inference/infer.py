@@ -8,10 +8,13 @@ import jax
 import numpy as np
 import xarray as xr
 
-from .._compiled import compiled
-from .._processes import rare_garbage_collection
-from .._sites import Role, substitute
-from .._types import InputError, Key, Progress, arguments_checked, check_kind, no_progress, warn
+from .._shared.arguments import arguments_checked, check_kind
+from .._shared.compiled import compiled
+from .._shared.dimensions import Key
+from .._shared.errors import InputError, warn
+from .._shared.processes import rare_garbage_collection
+from .._shared.progress import Progress, no_progress
+from .._shared.sites import Role, substitute
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
 from . import divergence, engines, marginals

@@ -8,7 +8,7 @@ import jax
 import numpy as np
 from jax.extend.core import ClosedJaxpr, Jaxpr, Literal, Var
 
-from .._compiled import Bound
+from .._shared.compiled import Bound
 
 MOST_BYTES = 1 << 29
 """Memory [bytes] that the evaluations of one batch may take together."""

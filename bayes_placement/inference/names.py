@@ -11,7 +11,7 @@ def names(registry: ModuleType) -> list[str]:
 
 def of_name(registry: ModuleType, name: str) -> Any:
     """Class of `engines` or `marginals` by its name in lower case: `smc`."""
-    from .._types import InputError  # imports JAX, which the list of names must not
+    from .._shared.errors import InputError  # imports JAX, which the list of names must not
 
     classes = dict(zip(names(registry), registry.__all__, strict=True))
     if name.lower() not in classes:

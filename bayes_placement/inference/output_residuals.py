@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Bool, Float, Int
 
-from .._types import InputError
+from .._shared.errors import InputError
 from ..experiment.experiment import FORCE_LEVEL, MEASURED, RESPONSE
 from ..experiment.observed_modes import COLUMN
 from .estimates import scalars

@@ -6,7 +6,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._types import InputError, Key
+from .._shared.dimensions import Key
+from .._shared.errors import InputError
 
 _LARGEST = 2**63
 """Integers below are attributes of files."""

@@ -9,8 +9,9 @@ import pandas as pd
 import xarray as xr
 from scipy.stats import norm
 
-from .._types import InputError, arguments_checked, check_kind
-from ..positions.reprs import notebook_html
+from .._shared.arguments import arguments_checked, check_kind
+from .._shared.errors import InputError
+from .._shared.reprs import notebook_html
 from .results import misfit_of, warnings_of
 
 FALSE_ALARM = 0.01

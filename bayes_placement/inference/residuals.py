@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import Distribution
 
-from .._compiled import compiled
-from .._sites import Role, Unknown
-from .._types import InputError
+from .._shared.compiled import compiled
+from .._shared.errors import InputError
+from .._shared.sites import Role, Unknown
 from ..effects.effect import Effect
 from ..experiment.experiment import Experiment
 from ..experiment.model_error import shares_size

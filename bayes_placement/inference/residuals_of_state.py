@@ -11,8 +11,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
-from .._compiled import Bound, compiled
-from .._sites import Unknown
+from .._shared.compiled import Bound, compiled
+from .._shared.sites import Unknown
 from ..experiment.applied_effects import AppliedLaw
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Data

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .._sites import Unknown
+from .._shared.sites import Unknown
 from ..experiment.experiment import FORCE_LEVEL, Experiment
 
 WARNINGS = "warnings"

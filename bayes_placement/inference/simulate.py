@@ -6,8 +6,9 @@ import numpy as np
 import xarray as xr
 from numpyro.infer import Predictive
 
-from .._compiled import compiled
-from .._types import Key, arguments_checked, check_count
+from .._shared.arguments import arguments_checked, check_count
+from .._shared.compiled import compiled
+from .._shared.dimensions import Key
 from ..experiment.experiment import MEASURED, RESPONSE, Experiment
 from ..experiment.prior_draws import draws_from_priors
 from .random_keys import jax_key

@@ -13,8 +13,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._compiled import compiled
-from .._sites import Role, Unknown
+from .._shared.compiled import compiled
+from .._shared.sites import Role, Unknown
 from ..experiment.experiment import Experiment
 from ..experiment.model_error import ModalErrors
 from ..modes.modes import Modes

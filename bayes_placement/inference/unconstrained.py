@@ -11,8 +11,9 @@ from jaxtyping import Array, Float
 from numpyro.distributions import Distribution
 from numpyro.infer.util import compute_log_probs
 
-from .._compiled import compiled
-from .._types import InputError, Key
+from .._shared.compiled import compiled
+from .._shared.dimensions import Key
+from .._shared.errors import InputError
 from ..experiment.prior_draws import prior_draws
 from ._quadrature_rules import product_rule
 from .coordinates import Coordinates

@@ -6,7 +6,7 @@ Wittig, CalculiX GraphiX user's manual, section "Result Format".
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from .._types import InputError
+from .._shared.errors import InputError
 from ._contents import decoded
 from ._mesh_contents import MeshContents, of_numbers, strict_integer
 from .uff._decode import real

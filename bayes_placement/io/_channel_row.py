@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ..positions.reprs import with_short_repr
+from .._shared.reprs import with_short_repr
 
 Point = tuple[float, float, float]
 

@@ -6,7 +6,8 @@ import numpy as np
 import scipy.sparse
 from jaxtyping import Float, Int
 
-from .._types import InputError, finite_number
+from .._shared.arguments import finite_number
+from .._shared.errors import InputError
 from .matrix_files import SystemMatrices, system_matrices
 
 DIRECTIONS = 6

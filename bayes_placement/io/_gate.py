@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from .._types import InputError, MissingExtraError, check_kind
+from .._shared.arguments import check_kind
+from .._shared.errors import InputError, MissingExtraError
 from ._child import in_words
 from ._contents import WIDE, is_wide
 from ._limits import TimeIsUpError, check_limit, time_limit

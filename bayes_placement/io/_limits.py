@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from .._types import InputError, UsageError
+from .._shared.errors import InputError, UsageError
 
 VARIABLE = "BAYES_PLACEMENT_LARGER_FILES"
 """Variable of the environment: how many times as much is read."""

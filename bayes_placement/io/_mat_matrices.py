@@ -8,7 +8,7 @@ import numpy as np
 import scipy.io
 import scipy.sparse
 
-from .._types import InputError
+from .._shared.errors import InputError
 from . import _contents as content
 from . import arrays
 from .arrays.mat import SPARSE

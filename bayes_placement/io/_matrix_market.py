@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse
 from jaxtyping import Float
 
-from .._types import InputError
+from .._shared.errors import InputError
 from ._limits import most
 from ._sparse_archive import MOST_ROWS
 

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._types import InputError
+from .._shared.errors import InputError
 
 
 class MeshContents(NamedTuple):

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .._types import InputError
+from .._shared.errors import InputError
 from ..experiment.modal_parameters import ModalParameters
 from ..positions.channel import Channel
 from . import arrays

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args
 
-from .._types import InputError
+from .._shared.errors import InputError
 from . import _contents as content
 from . import _modal_arrays
 from .mapped._toml_fields import TomlTable, is_text, load

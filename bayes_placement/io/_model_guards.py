@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 import jax
 import numpy as np
 
-from .._types import InputError
+from .._shared.errors import InputError
 
 SETTINGS = (
     "jax_enable_x64",

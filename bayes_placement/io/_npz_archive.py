@@ -7,7 +7,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.lib import format as npy
 
-from .._types import InputError
+from .._shared.errors import InputError
 from ._gate import existing
 from ._limits import check_limit
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._types import MissingExtraError
+from .._shared.errors import MissingExtraError
 from ._gate import UnreadableError
 from ._limits import seconds
 from ._npz_archive import NpzArchive

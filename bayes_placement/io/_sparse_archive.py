@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse
 
-from .._types import InputError
+from .._shared.errors import InputError
 from ._npz_archive import NpzArchive
 
 MOST_ROWS = 20_000_000

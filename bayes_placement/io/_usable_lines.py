@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Complex, Float
 
-from .._types import warn
+from .._shared.errors import warn
 from ._gate import FileWarning
 
 MOST = 0.5

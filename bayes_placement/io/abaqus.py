@@ -11,7 +11,7 @@ import numpy as np
 import scipy.sparse
 from jaxtyping import Float
 
-from .._types import InputError
+from .._shared.errors import InputError
 from ._foreign_matrices import Rows, in_si, without_rows
 from ._gate import existing, path_of, reading
 from ._sparse_archive import MOST_ROWS

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse
 
-from .._types import InputError, check_positive
+from .._shared.arguments import check_positive
+from .._shared.errors import InputError
 from ..modes.finite_elements.modal_model import ModalModel
 from . import _reader_process
 from ._foreign_matrices import in_si, without_rows

@@ -5,10 +5,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from .._types import InputError, arguments_checked
+from .._shared.arguments import arguments_checked
+from .._shared.errors import InputError
+from .._shared.reprs import with_short_repr
 from ..experiment.measurement import Measurement
 from ..modes.finite_elements.modal_model import ModalModel
-from ..positions.reprs import with_short_repr
 from . import _contents as content
 from ._gate import existing, path_of
 from .matrix_files import SystemMatrices

@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from .._files import write_atomically
-from .._types import InputError, arguments_checked
+from .._shared.arguments import arguments_checked
+from .._shared.errors import InputError
+from .._shared.files import write_atomically
 from ..laws.tabulated import Tabulated
 from ._contents import UNIVERSAL, content_of
 from ._frf_units import FORCE, LENGTH, plain

@@ -8,8 +8,9 @@ import numpy as np
 import scipy.sparse
 from jaxtyping import Int
 
-from .._types import InputError, arguments_checked
-from ..positions.reprs import with_short_repr
+from .._shared.arguments import arguments_checked
+from .._shared.errors import InputError
+from .._shared.reprs import with_short_repr
 from . import _mat_matrices, _matrix_market, _sparse_archive
 from ._contents import content_of
 from ._gate import check_plausible, existing, reading

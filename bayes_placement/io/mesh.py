@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Int
 
-from .._types import InputError, arguments_checked, check_positive, warn
+from .._shared.arguments import arguments_checked, check_positive
+from .._shared.errors import InputError, warn
+from .._shared.reprs import with_short_repr
 from ..modes.finite_elements.modal_model import ModalModel
-from ..positions.reprs import with_short_repr
 from . import _calculix, _reader_process
 from . import _contents as content
 from ._gate import UnreadableError, check_plausible, existing, reading

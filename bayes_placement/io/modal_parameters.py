@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from .._types import InputError, arguments_checked, check_kind, check_positive
+from .._shared.arguments import arguments_checked, check_kind, check_positive
+from .._shared.errors import InputError
 from ..experiment.modal_parameters import ModalParameters
 from ..positions.channel import Channel, Channels
 from . import _contents as content

@@ -10,13 +10,14 @@ from typing import Any, NamedTuple
 
 import cloudpickle
 
-from .._types import InputError, arguments_checked
+from .._shared.arguments import arguments_checked
+from .._shared.errors import InputError
+from .._shared.reprs import with_short_repr
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.measurement import Measurement
 from ..experiment.modal_parameters import ModalParameters
 from ..inference.engines.engine import Engine
 from ..positions.names import printable_name
-from ..positions.reprs import with_short_repr
 from ._contents import WIDE, is_wide
 from ._model_guards import guarded
 

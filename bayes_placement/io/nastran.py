@@ -9,7 +9,8 @@ import scipy.sparse
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from .._types import InputError, arguments_checked
+from .._shared.arguments import arguments_checked
+from .._shared.errors import InputError
 from ..modes.finite_elements.modal_model import ModalModel
 from . import _reader_process
 from ._gate import existing, reading

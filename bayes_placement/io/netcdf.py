@@ -5,8 +5,9 @@ from pathlib import Path
 
 import xarray as xr
 
-from .._files import write_atomically
-from .._types import InputError, arguments_checked, check_kind
+from .._shared.arguments import arguments_checked, check_kind
+from .._shared.errors import InputError
+from .._shared.files import write_atomically
 from ..inference.results import WARNINGS, warnings_of
 from ._gate import reading
 

@@ -24,10 +24,11 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
-from .._files import write_atomically
-from .._types import InputError, arguments_checked
+from .._shared.arguments import arguments_checked
+from .._shared.errors import InputError
+from .._shared.files import write_atomically
+from .._shared.reprs import with_short_repr
 from ..modes.finite_elements.modal_model import ModalModel
-from ..positions.reprs import with_short_repr
 from ._gate import check_plausible, reading
 from ._npz_archive import NpzArchive
 

@@ -6,7 +6,8 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from .._types import InputError, shown
+from .._shared.arguments import shown
+from .._shared.errors import InputError
 from .canonical import canonical, group
 from .elements import Dashpot, LossySpring, Mass, Spring, Springpot
 from .families import invariant, same_family

@@ -5,9 +5,9 @@ from typing import ClassVar
 import equinox as eqx
 import jax.numpy as jnp
 
-from .._ranges import ORDER, POSITIVE
-from .._sites import unit
-from .._types import Parameter
+from .._shared.dimensions import Parameter
+from .._shared.ranges import ORDER, POSITIVE
+from .._shared.sites import unit
 from .law import Element, Omega, Stiffness
 
 

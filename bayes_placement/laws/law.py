@@ -9,11 +9,13 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Inexact
 
-from .._ranges import described
-from .._sites import is_unknown, unit
-from .._types import InputError, Parameter, check_annotated, shown
+from .._shared.arguments import check_annotated, shown
+from .._shared.dimensions import Parameter
+from .._shared.errors import InputError
+from .._shared.ranges import described
+from .._shared.reprs import notebook_html
+from .._shared.sites import is_unknown, unit
 from ..modes.scalars import check_scalar
-from ..positions.reprs import notebook_html
 
 Omega: TypeAlias = Inexact[Array, "frequency"]
 """Angular frequencies [rad/s], complex off the axis: s = i omega."""

@@ -7,8 +7,8 @@ from typing import NamedTuple, TypeAlias
 
 import pandas as pd
 
-from .._sites import stated_unit
-from ..positions.reprs import in_words
+from .._shared.reprs import in_words
+from .._shared.sites import stated_unit
 from .law import Element, Group, Law, Scaled
 
 GREEK = {"alpha": "α", "eta": "η", "lambda": "λ"}  # noqa: RUF001

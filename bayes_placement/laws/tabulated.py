@@ -9,8 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 import pandas as pd
 
-from .._sites import unit
-from .._types import InputError, Parameter, shown
+from .._shared.arguments import shown
+from .._shared.dimensions import Parameter
+from .._shared.errors import InputError
+from .._shared.sites import unit
 from .law import Element, Omega, Scaled, Stiffness
 
 ALIKE = 1e-6

@@ -6,7 +6,7 @@ from typing import Any
 
 from numpyro import distributions
 
-from .._types import InputError
+from .._shared.errors import InputError
 from .elements import Dashpot, LossySpring, Mass, Spring, Springpot
 from .law import Law
 

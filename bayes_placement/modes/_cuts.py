@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._types import Parameter
+from .._shared.dimensions import Parameter
 from .beams.uniform_line import UniformLine
 from .changed import bending_shapes
 from .modes import Modes

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float, Inexact
 
-from .. import _types  # noqa: F401  double precision, before the first array is made
+from .._shared import precision  # noqa: F401  double precision, before the first array is made
 
 _CLOSE = 1e-6  # of the greater eigenvalue of a pair, below which it counts as repeated
 _ROUNDING = 1e-12  # of the greatest eigenvalue of all: rigid-body modes are repeated zeros

@@ -8,7 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from .._types import InputError, Parameter
+from .._shared.dimensions import Parameter
+from .._shared.errors import InputError
 from .changed import changed, over_changed_modes
 from .finite_elements.interpolation import Interpolation
 from .finite_elements.nodal_modes import NodalModes

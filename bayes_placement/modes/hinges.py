@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .._types import Parameter
+from .._shared.dimensions import Parameter
 from . import _cuts
 from ._cuts import Cuts
 from .beams.uniform_line import UniformLine

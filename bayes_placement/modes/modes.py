@@ -9,10 +9,10 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import Uniform
 
-from .._compiled import compiled
-from .._sites import check_numbers
+from .._shared.compiled import compiled
+from .._shared.reprs import with_short_repr
+from .._shared.sites import check_numbers
 from ..positions.bounds import Bounds
-from ..positions.reprs import with_short_repr
 
 Coordinates: TypeAlias = Float[Array, "*coordinate"]
 """A position [m]: on a line, or in space."""

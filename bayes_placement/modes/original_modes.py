@@ -1,6 +1,6 @@
 """The uniform line, beam or finite element model that lies beneath changed modes."""
 
-from .._types import InputError
+from .._shared.errors import InputError
 from .beams.beams import UniformBeam
 from .beams.uniform_line import UniformLine
 from .changed import DerivedModes

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Inexact
 
-from .._types import InputError
+from .._shared.errors import InputError
 from ..positions.bounds import in_space
 from . import _cuts
 from .beams.uniform_line import UniformLine

@@ -5,9 +5,10 @@ from typing import Any
 import jax
 import numpy as np
 
-from .._ranges import described
-from .._sites import is_unknown
-from .._types import InputError, shown
+from .._shared.arguments import shown
+from .._shared.errors import InputError
+from .._shared.ranges import described
+from .._shared.sites import is_unknown
 
 
 def check_scalar(name: str, value: Any) -> None:

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._compiled import compiled
+from .._shared.compiled import compiled
 from .beams.uniform_line import UniformLine
 from .changed import ChangedModes, DerivedModes, changed
 from .finite_elements.nodal_modes import NodalModes, nodal_of

@@ -6,7 +6,7 @@ import tarfile
 import tempfile
 from pathlib import Path
 
-from .._types import InputError
+from .._shared.errors import InputError
 
 PACKAGE = "uplot@1.6.32"
 SHA512 = (

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from .._types import InputError
+from .._shared.errors import InputError
 from ..experiment.experiment import FORCE_LEVEL
 from ._colours import DATA, PAPER
 from ._plain_figure import PlainFigure

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
-from .._sites import Role
+from .._shared.sites import Role
 from ..inference.estimates import scalars
 from ..inference.units import ReadableUnit, readable
 

@@ -12,7 +12,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from .._types import arguments_checked
+from .._shared.arguments import arguments_checked
 from ..criticism.fitted import AS_DRAWN, effect_places
 from ..criticism.missing.fitted_model import FittedModel
 from ..criticism.missing.ledger import Ledger

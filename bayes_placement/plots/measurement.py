@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from .._types import arguments_checked
+from .._shared.arguments import arguments_checked
 from ..experiment.measurement import Measurement
 from ..experiment.quantities import quantity_of
 from ._colours import BEFORE, DATA

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from .._types import arguments_checked
+from .._shared.arguments import arguments_checked
 from ..criticism.check.misfit import Misfit
 from ..criticism.fitted import AS_DRAWN
 from ._colours import AFTER, BEFORE, INK

@@ -7,7 +7,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from .._types import InputError, arguments_checked
+from .._shared.arguments import arguments_checked
+from .._shared.errors import InputError
 from ._colours import AFTER, BEFORE, DATA, FIFTH, FOURTH, INK
 from ._figures import PAGE, panels
 from ._mode_panels import (

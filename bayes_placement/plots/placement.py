@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from .._types import arguments_checked
+from .._shared.arguments import arguments_checked
 from ..design.maps import SIGNIFICANT, lead, rivals
 from ..design.place import Placement
 from ..design.tolerance import FACTOR, ToleranceStudy

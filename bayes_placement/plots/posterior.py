@@ -10,7 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from .._types import InputError, arguments_checked, check_annotated
+from .._shared.arguments import arguments_checked, check_annotated
+from .._shared.errors import InputError
 from ..experiment.experiment import RESPONSE
 from ..inference.bands import labelled_amplitude, phase_band, predictive_band
 from ..inference.report import check_result

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
-from .._types import arguments_checked
+from .._shared.arguments import arguments_checked
 from ..criticism.reach._channels import CHANNELS
 from ..criticism.reach.reach import Reach
 from ..experiment.experiment import Experiment

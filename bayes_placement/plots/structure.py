@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from .._types import arguments_checked
+from .._shared.arguments import arguments_checked
 from ..experiment.experiment import Experiment
 from ..modes.finite_elements.outline import outline
 from ..positions.bounds import in_space

@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float
 from numpyro.distributions import Categorical, Uniform
 from scipy.spatial import cKDTree
 
-from .._sites import is_unknown
+from .._shared.sites import is_unknown
 from .places import AtNode, InBall, Straight
 
 POWER = 13

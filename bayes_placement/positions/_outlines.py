@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from .._ranges import reach
-from .._sites import is_unknown
+from .._shared.ranges import reach
+from .._shared.sites import is_unknown
 from .bounds import Bounds, in_space
 from .places import AtNode, InBall, Straight
 

@@ -6,10 +6,10 @@ from typing import Any
 import equinox as eqx
 import numpy as np
 
-from .._types import InputError
+from .._shared.errors import InputError
+from .._shared.reprs import with_short_repr
 from .bounds import Bounds, bounds_text
 from .places import Position
-from .reprs import with_short_repr
 from .vectors import Recorded
 
 

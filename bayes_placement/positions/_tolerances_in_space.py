@@ -6,8 +6,9 @@ import equinox as eqx
 import numpy as np
 from numpyro.distributions import Uniform
 
-from .._sites import unit
-from .._types import InputError, check_annotated, finite_number
+from .._shared.arguments import check_annotated, finite_number
+from .._shared.errors import InputError
+from .._shared.sites import unit
 from ._tolerance import Tolerance, check_reach, off_structure
 from .bounds import ROUNDING, Bounds, bounds_text, box, clipped, inside, rounding_margin
 from .places import Cartesian, InBall, OnMember, OnPatch

@@ -5,9 +5,11 @@ from typing import Any, NamedTuple, TypeAlias
 import jax
 import numpy as np
 
-from .._ranges import described, reach
-from .._sites import is_finite, is_unknown
-from .._types import InputError, Parameter, finite_number
+from .._shared.arguments import finite_number
+from .._shared.dimensions import Parameter
+from .._shared.errors import InputError
+from .._shared.ranges import described, reach
+from .._shared.sites import is_finite, is_unknown
 from .bounds import (
     Bounds,
     bounds_text,

@@ -5,7 +5,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from jaxtyping import Bool, Float
 
-from .._types import InputError
+from .._shared.errors import InputError
 from .vectors import CartesianComponents
 
 Corners = tuple[CartesianComponents, CartesianComponents]

@@ -5,9 +5,10 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
-from .._types import InputError, check_annotated, check_kind
+from .._shared.arguments import check_annotated, check_kind
+from .._shared.errors import InputError
+from .._shared.reprs import with_short_repr
 from .names import look_alike, printable_name
-from .reprs import with_short_repr
 
 
 @with_short_repr

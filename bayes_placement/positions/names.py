@@ -2,7 +2,8 @@
 
 import unicodedata
 
-from .._types import InputError, check_kind
+from .._shared.arguments import check_kind
+from .._shared.errors import InputError
 
 LONGEST = 100
 """Greatest number of letters of a name."""

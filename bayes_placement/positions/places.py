@@ -11,11 +11,11 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 from numpyro.distributions import Uniform
 
-from .._compiled import compiled
-from .._sites import is_finite, is_unknown, unit
-from .._types import Parameter
+from .._shared.compiled import compiled
+from .._shared.dimensions import Parameter
+from .._shared.reprs import with_short_repr
+from .._shared.sites import is_finite, is_unknown, unit
 from . import _ball_in_box
-from .reprs import with_short_repr
 from .vectors import (
     CartesianComponents,
     Recorded,

@@ -7,8 +7,9 @@ import numpy as np
 from jaxtyping import Float
 from numpyro.distributions import Uniform
 
-from .._sites import unit
-from .._types import InputError, check_annotated, finite_number
+from .._shared.arguments import check_annotated, finite_number
+from .._shared.errors import InputError
+from .._shared.sites import unit
 from ._nearest_nodes import at_nearest_node
 from ._tolerance import Tolerance, check_reach
 from ._tolerances_in_space import Ball, Box, Member, Patch

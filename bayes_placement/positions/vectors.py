@@ -7,7 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._types import InputError, arguments_checked, shown
+from .._shared.arguments import arguments_checked, shown
+from .._shared.errors import InputError
 
 CartesianComponents = tuple[float, float, float]
 """Components of a position or direction along x, y and z."""

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
+from bayes_placement._shared.compiled import compiled
 from models import hidden_effect
 from tests.benchmarks.all_processes import taken_by
 from tests.benchmarks.page import at_most

@@ -54,7 +54,7 @@ def ours():
     import jax
 
     import bayes_placement as bp
-    from bayes_placement._types import no_progress
+    from bayes_placement._shared.progress import no_progress
     from bayes_placement.inference.infer import _named, _posterior
     from models import bar
 

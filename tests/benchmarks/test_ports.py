@@ -11,7 +11,7 @@ import numpy as np
 import numpyro.distributions as dist
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
+from bayes_placement._shared.compiled import compiled
 from tests.benchmarks.page import Anchor, at_most
 
 SENSORS, LINES, REPEATED = (0.16, 0.47, 0.71), np.arange(100.0, 900.0, 2.0), 200

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bayes_placement import engines
-from bayes_placement._types import no_progress
+from bayes_placement._shared.progress import no_progress
 from bayes_placement.inference.engines.engine import EngineDraws
 from bayes_placement.inference.estimates import Figures, Weighting, figures
 from bayes_placement.inference.unconstrained import UnconstrainedModel

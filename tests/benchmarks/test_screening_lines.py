@@ -10,7 +10,7 @@ import time
 import numpy as np
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
+from bayes_placement._shared.compiled import compiled
 from bayes_placement.inference.chi2 import LEVEL
 from models import hidden_effect
 from tests.benchmarks.fresh import told_by

@@ -20,8 +20,8 @@ from numpyro.distributions import Uniform
 from scipy.spatial import KDTree
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
-from bayes_placement._sites import substitute
+from bayes_placement._shared.compiled import compiled
+from bayes_placement._shared.sites import substitute
 from bayes_placement.io import npz_modes
 from bayes_placement.modes.eigenpairs import with_coupling
 from tests.benchmarks.page import Anchor, at_least, at_most

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from bayes_placement._types import InputError, NumericalError, WorkerError
+from bayes_placement._shared.errors import InputError, NumericalError, WorkerError
 from bayes_placement.cli import _begun, check
 from bayes_placement.cli._inputs import print_data_faults
 from bayes_placement.cli._terminal import Screen
@@ -188,4 +188,6 @@ def test_errors_with_our_sentences_are_of_our_own_classes():
         for node in ast.walk(ast.parse(path.read_text()))
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in PLAIN
     ]
-    assert not offenders, "raise errors of `_types`, which the command line tells in one sentence"
+    assert not offenders, (
+        "raise errors of `_shared/errors.py`, which the command line tells in one sentence"
+    )

@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 import bayes_placement as bp
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from bayes_placement.cli.app import app
 from tests.cli.misbehaving_models import ENDED, MISBEHAVIOURS, model_files
 from tests.cli.studies import EXPERIMENT

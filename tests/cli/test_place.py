@@ -10,7 +10,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import bayes_placement as bp
-from bayes_placement._types import no_progress
+from bayes_placement._shared.progress import no_progress
 from bayes_placement.cli import _estimators, _positions_to_try
 from bayes_placement.cli._positions_to_try import positions_to_try
 from bayes_placement.cli.app import app

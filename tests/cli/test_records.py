@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 import bayes_placement as bp
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from bayes_placement.cli import _result_folder, _run
 from bayes_placement.cli._terminal import Screen
 from bayes_placement.cli.app import app

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from bayes_placement._files import UNFINISHED, write_atomically
+from bayes_placement._shared.files import UNFINISHED, write_atomically
 from bayes_placement.cli import _result_folder, check
 from bayes_placement.cli.app import app
 from tests.cli.studies import EXPERIMENT

@@ -69,10 +69,11 @@ def test_help_lists_the_commands():
         assert command in answer.output
 
 
-def test_help_answers_without_loading_anything_heavy():
+def test_help_and_init_answer_without_loading_anything_heavy(tmp_path):
+    words = [*([command, "--help"] for command in COMMANDS), ["init", str(tmp_path / "new")]]
     program = (
         "import sys; from typer.testing import CliRunner; from bayes_placement.cli.app import app; "
-        f"assert not any(CliRunner().invoke(app, [c, '--help']).exit_code for c in {COMMANDS}); "
+        f"assert not any(CliRunner().invoke(app, each).exit_code for each in {words}); "
         "heavy = {'jax', 'numpyro', 'numpy', 'scipy', 'xarray', 'pandas', 'matplotlib'}; "
         "sys.exit(' '.join(heavy & set(sys.modules)) or 0)"
     )

@@ -7,7 +7,7 @@ import numpyro.distributions as dist
 
 import bayes_placement as bp
 from bayes_placement import effects
-from bayes_placement._compiled import compiled
+from bayes_placement._shared.compiled import compiled
 
 LINES = np.linspace(30.0, 700.0, 60)
 TRUTH = {

@@ -6,7 +6,7 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
+from bayes_placement._shared.compiled import compiled
 from bayes_placement.criticism.findings._shapes import FEWEST_LINES, outline_of
 from bayes_placement.criticism.findings.findings import Model, findings
 from bayes_placement.modes.finite_elements.outline import outline as outline_drawn

@@ -5,7 +5,7 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
+from bayes_placement._shared.compiled import compiled
 from bayes_placement.criticism.fitted import fitted
 
 SIGMA = 0.3

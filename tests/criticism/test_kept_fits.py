@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from bayes_placement import effects
-from bayes_placement._types import WritingError
+from bayes_placement._shared.errors import WritingError
 from bayes_placement.criticism import kept_fits
 from bayes_placement.criticism.missing import (
     _descents,

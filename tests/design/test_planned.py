@@ -7,7 +7,7 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
+from bayes_placement._shared.compiled import compiled
 from bayes_placement.design.planned import planned
 
 LINES = np.array([40.0, 120.0, 260.0])

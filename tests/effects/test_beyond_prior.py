@@ -8,7 +8,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import effects
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from tests.criticism.small import TRUTH, experiment
 
 MODULUS, RATIO = "structure.modes.youngs_modulus", "structure.damping.ratio"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bayes_placement import Structure, beams, damping, effects, finite_elements
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from bayes_placement.experiment.frf import receptance
 from bayes_placement.modes.points import Points
 from tests.effects.models_in_space import plate

@@ -12,9 +12,9 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import effects
-from bayes_placement._compiled import compiled
-from bayes_placement._ranges import reach
-from bayes_placement._sites import Role, unknowns
+from bayes_placement._shared.compiled import compiled
+from bayes_placement._shared.ranges import reach
+from bayes_placement._shared.sites import Role, unknowns
 from bayes_placement.effects import Attachment
 from bayes_placement.experiment.frf import receptance
 from bayes_placement.modes.modes import Modes

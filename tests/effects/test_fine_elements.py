@@ -16,7 +16,7 @@ from bayes_placement import (
     effects,
     observe,
 )
-from bayes_placement._compiled import compiled
+from bayes_placement._shared.compiled import compiled
 from tests.simulator import fine_elements, hidden_structures
 from tests.simulator.fine_elements import NOTHING, Line, effect
 from tests.simulator.hidden_structures import Instrument

@@ -12,8 +12,8 @@ from scipy import sparse
 
 import bayes_placement as bp
 from bayes_placement import effects, finite_elements
-from bayes_placement._sites import unknowns
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
+from bayes_placement._shared.sites import unknowns
 from bayes_placement.effects.member_preload import buckling_load
 from bayes_placement.effects.scales import Scales
 from tests.effects import models_in_space

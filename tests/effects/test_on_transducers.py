@@ -12,8 +12,8 @@ from scipy.signal import fftconvolve
 
 import bayes_placement as bp
 from bayes_placement import effects
-from bayes_placement._compiled import compiled
-from bayes_placement._types import InputError
+from bayes_placement._shared.compiled import compiled
+from bayes_placement._shared.errors import InputError
 from bayes_placement.effects import Scales
 from bayes_placement.inference.coordinates import Coordinates
 from bayes_placement.inference.engines.levenberg_marquardt import LARGEST

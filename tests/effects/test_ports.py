@@ -10,7 +10,7 @@ import pytest
 import scipy.optimize
 
 from bayes_placement import Structure, beams, damping, effects
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from bayes_placement.effects import Dashpot, LossySpring, Mass, Spring
 from bayes_placement.experiment.frf import receptance
 from bayes_placement.modes.points import Points

@@ -9,8 +9,8 @@ from scipy import signal
 
 import bayes_placement as bp
 from bayes_placement import effects
-from bayes_placement._compiled import compiled
-from bayes_placement._types import InputError
+from bayes_placement._shared.compiled import compiled
+from bayes_placement._shared.errors import InputError
 from bayes_placement.effects import Scales
 from tests.effects import models_in_space
 from tests.effects.test_on_transducers import (

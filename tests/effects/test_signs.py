@@ -9,8 +9,8 @@ from scipy.stats import norm
 
 import bayes_placement as bp
 from bayes_placement import effects
-from bayes_placement._compiled import compiled
-from bayes_placement._ranges import reach
+from bayes_placement._shared.compiled import compiled
+from bayes_placement._shared.ranges import reach
 from bayes_placement.effects.log_uniform_priors import (
     log_uniform_of_either_sign,
     negative_log_uniform,

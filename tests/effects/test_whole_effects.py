@@ -10,8 +10,8 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import effects
-from bayes_placement._ranges import POSITIVE
-from bayes_placement._sites import unit
+from bayes_placement._shared.ranges import POSITIVE
+from bayes_placement._shared.sites import unit
 from bayes_placement.positions.tolerances import Segment
 
 BAR = {"length": 1.0, "area": 1e-3, "youngs_modulus": 1e9, "density": 9000.0}

@@ -6,7 +6,7 @@ import numpy as np
 import numpyro.distributions as dist
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
+from bayes_placement._shared.compiled import compiled
 
 LINES = np.linspace(20.0, 900.0, 250)
 FREE_LINES = np.linspace(4.0, 300.0, 250)

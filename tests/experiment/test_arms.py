@@ -6,7 +6,7 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from tests.simulator import fine_beams
 from tests.simulator.fine_beams import row
 

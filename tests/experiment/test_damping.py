@@ -7,7 +7,7 @@ import numpyro.distributions as dist
 import pytest
 
 from bayes_placement import Structure, beams, damping
-from bayes_placement._sites import unknowns
+from bayes_placement._shared.sites import unknowns
 from bayes_placement.experiment import frf
 from bayes_placement.modes.points import Points
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 
 LINES = np.arange(1.0, 601.0)
 RECEPTANCE = 1 / (1 - (LINES / 120) ** 2 + 0.04j * LINES / 120) + 0.3 / (

@@ -15,8 +15,8 @@ from numpyro.infer.util import log_density
 from scipy import stats
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
-from bayes_placement._types import InputError
+from bayes_placement._shared.compiled import compiled
+from bayes_placement._shared.errors import InputError
 from bayes_placement.experiment.experiment import MEASURED, RESPONSE
 
 FREQUENCY = (np.arange(10) + 0.5) * 43.3

@@ -9,9 +9,9 @@ import pytest
 from scipy.stats import multivariate_normal
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
-from bayes_placement._sites import Role
-from bayes_placement._types import InputError
+from bayes_placement._shared.compiled import compiled
+from bayes_placement._shared.errors import InputError
+from bayes_placement._shared.sites import Role
 from bayes_placement.design.information import _modal_products
 from bayes_placement.inference import unconstrained
 from bayes_placement.io import case

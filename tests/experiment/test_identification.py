@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import chi2
 
 import bayes_placement as bp
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from bayes_placement.experiment.identification.identify import IdentificationWarning
 from tests.experiment import modal_bars
 

@@ -10,8 +10,8 @@ import pytest
 from numpyro.infer.util import log_density
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
-from bayes_placement._sites import Role
+from bayes_placement._shared.compiled import compiled
+from bayes_placement._shared.sites import Role
 from bayes_placement.experiment.variants import with_more_sensors
 from tests.criticism.small import LINES, TRUTH, experiment, measured
 from tests.simulator.fine_elements import Line

@@ -8,7 +8,7 @@ import pytest
 from scipy import stats
 
 from bayes_placement import noise
-from bayes_placement._sites import unknowns
+from bayes_placement._shared.sites import unknowns
 
 GENERATOR = np.random.default_rng(12)
 PREDICTED = GENERATOR.standard_normal((2, 3, 4))

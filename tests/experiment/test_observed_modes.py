@@ -8,8 +8,8 @@ from numpyro.infer.util import log_density
 from scipy.stats import multivariate_normal
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
-from bayes_placement._types import InfeasibleError, InputError
+from bayes_placement._shared.compiled import compiled
+from bayes_placement._shared.errors import InfeasibleError, InputError
 from tests.experiment.modal_bars import MODULUS, experiment, measured, poles, unknown_modulus
 
 PLACES = [0.12, 0.3, 0.41, 0.77]

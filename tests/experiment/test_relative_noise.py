@@ -9,8 +9,8 @@ import pytest
 from scipy import stats
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
-from bayes_placement._types import InputError
+from bayes_placement._shared.compiled import compiled
+from bayes_placement._shared.errors import InputError
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.design.planned import planned
 from bayes_placement.experiment._measured_outputs import measured_outputs

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from bayes_placement.experiment.data_checks.signal import is_signal
 from tests.criticism.small import experiment, measured
 

@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 
 import bayes_placement as bp
 from bayes_placement import Actuator, Sensor, beams, positions
-from bayes_placement._compiled import compiled
-from bayes_placement._sites import realise, substitute, unknowns
+from bayes_placement._shared.compiled import compiled
+from bayes_placement._shared.sites import realise, substitute, unknowns
 from bayes_placement.experiment.measurement import Channel
 from bayes_placement.modes.modes import Modes
 from bayes_placement.positions import places

@@ -8,7 +8,7 @@ import numpy.testing as npt
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from bayes_placement.experiment.variants import observing_modes, with_lines, with_only
 
 LINES = np.arange(100.0, 110.0)

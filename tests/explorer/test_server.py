@@ -12,7 +12,7 @@ import pytest
 import websockets
 
 import bayes_placement as bp
-from bayes_placement._types import InfeasibleError, InputError
+from bayes_placement._shared.errors import InfeasibleError, InputError
 from bayes_placement.explorer.band import ChosenBand, lines_within
 from bayes_placement.explorer.candidates import added
 from bayes_placement.explorer.live import LivePage

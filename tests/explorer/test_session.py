@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from bayes_placement.explorer.actions import Drawn, Moved, Refitted, Removed
 from bayes_placement.explorer.candidates import added, placed_at
 from bayes_placement.explorer.session import Session

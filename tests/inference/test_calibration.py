@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bayes_placement import _compiled
+from bayes_placement._shared import compiled as _compiled
 from bayes_placement.inference.engines import about_mode
 from tests.benchmarks.calibration_studies import ranked
 from tests.benchmarks.uniform_ranks import p_value

@@ -8,7 +8,7 @@ import pytest
 from scipy import stats
 from scipy.special import ndtr
 
-from bayes_placement._types import InfeasibleError
+from bayes_placement._shared.errors import InfeasibleError
 from bayes_placement.inference.coordinates import Coordinates
 
 QUANTILES = np.array([0.003, 0.2, 0.5, 0.9])

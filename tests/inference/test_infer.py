@@ -5,7 +5,7 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement import _compiled
+from bayes_placement._shared import compiled as _compiled
 from models import bar
 
 GROUPS = {

@@ -9,7 +9,7 @@ from scipy.special import logsumexp
 from scipy.stats import gaussian_kde, norm
 
 import bayes_placement as bp
-from bayes_placement._sites import substitute
+from bayes_placement._shared.sites import substitute
 from bayes_placement.inference import unconstrained
 from bayes_placement.inference.infer import InferenceWarning
 from bayes_placement.inference.marginals import kernel_density

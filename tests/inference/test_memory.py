@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
-from bayes_placement._types import InfeasibleError
+from bayes_placement._shared.compiled import compiled
+from bayes_placement._shared.errors import InfeasibleError
 from bayes_placement.inference import cross_check, memory
 from bayes_placement.inference.infer import InferenceWarning, memory_needed
 from models import bar

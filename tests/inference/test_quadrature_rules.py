@@ -8,7 +8,7 @@ import numpy as np
 import numpyro.distributions as dist
 import pytest
 
-from bayes_placement._types import InfeasibleError
+from bayes_placement._shared.errors import InfeasibleError
 from bayes_placement.inference._quadrature_rules import product_rule, rule
 
 

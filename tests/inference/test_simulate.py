@@ -7,7 +7,7 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
+from bayes_placement._shared.compiled import compiled
 
 BAR = bp.beams.bar(15, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0)
 FIRST, SECOND, FOURTH = 500 / 3, 1000 / 3, 2000 / 3

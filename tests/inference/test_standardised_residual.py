@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
+from bayes_placement._shared.compiled import compiled
 from bayes_placement.inference.standardised_residual import (
     LEAST_RATIO,
     LOGARITHMIC_ERROR,

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
+from bayes_placement._shared.compiled import compiled
 from bayes_placement.inference.symmetries import symmetries
 from models import bar, free_free_beam
 

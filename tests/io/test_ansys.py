@@ -8,7 +8,7 @@ import pytest
 import scipy.sparse
 from scipy.sparse.linalg import eigsh
 
-from bayes_placement._types import MissingExtraError
+from bayes_placement._shared.errors import MissingExtraError
 from bayes_placement.io import _reader_process, ansys
 from bayes_placement.io._foreign_matrices import lowest_frequencies
 

@@ -6,7 +6,7 @@ import pytest
 import pyuff
 
 import bayes_placement as bp
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 
 LINES = np.geomspace(8.0, 900.0, 17)
 STIFFNESS = 1e4 * (1 + 0.1j) - 0.02 * (2 * np.pi * LINES) ** 2

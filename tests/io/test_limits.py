@@ -17,7 +17,7 @@ import pytest
 import scipy.io
 
 import bayes_placement as bp
-from bayes_placement._types import InputError, UsageError
+from bayes_placement._shared.errors import InputError, UsageError
 from bayes_placement.io import _limits, arrays
 from bayes_placement.io._gate import reading
 from bayes_placement.io.arrays import workbook

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from bayes_placement._types import MissingExtraError
+from bayes_placement._shared.errors import MissingExtraError
 from bayes_placement.io import _reader_process, mesh
 from bayes_placement.modes.finite_elements.modal_model import ModalModel
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._types import MissingExtraError
+from bayes_placement._shared.errors import MissingExtraError
 from bayes_placement.io.time_records import Signal
 
 FREQUENCIES = [118.0, 325.3, 637.7]

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from bayes_placement.effects import Dashpot, Mass, Spring, Springpot
 from bayes_placement.laws import canonical, classes, law_of, networks
 from bayes_placement.laws.canonical import same_form

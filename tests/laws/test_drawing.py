@@ -12,7 +12,7 @@ import pytest
 from numpyro import distributions as dist
 
 import bayes_placement as bp
-from bayes_placement._ranges import described
+from bayes_placement._shared.ranges import described
 from bayes_placement.effects import Dashpot, LossySpring, Mass, Spring, Springpot
 from bayes_placement.laws import law_of, networks
 from bayes_placement.laws.catalogue import ELEMENTS, leaves

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpyro import distributions as dist
 
-from bayes_placement._sites import unknowns
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
+from bayes_placement._shared.sites import unknowns
 from bayes_placement.effects import Dashpot, LossySpring, Mass, Spring, Springpot, Tabulated
 from bayes_placement.laws import Law
 from bayes_placement.laws.catalogue import leaves

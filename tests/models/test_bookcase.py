@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
+from bayes_placement._shared.compiled import compiled
 from models import bookcase
 
 KINDS = ["reversed_sensor", "gain_error", "swapped_sensors", "point_mass"]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bayes_placement import beams
-from bayes_placement._compiled import compiled
+from bayes_placement._shared.compiled import compiled
 from bayes_placement.modes import _cuts
 from tests.simulator.hermite_elements import (
     AREA,

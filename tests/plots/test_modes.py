@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 import bayes_placement as bp
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from bayes_placement.plots.report._saved import Saved
 from bayes_placement.plots.report.content import Drawing
 from bayes_placement.plots.report.sections import modes as section

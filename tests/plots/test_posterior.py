@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
+from bayes_placement._shared.compiled import compiled
 from bayes_placement.inference.bands import phase_band
 from bayes_placement.plots import _posterior_pages
 

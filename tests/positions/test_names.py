@@ -7,7 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import bayes_placement as bp
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from bayes_placement.modes.finite_elements.named_matrices import NamedMatrices
 from bayes_placement.plots._figures import panels
 

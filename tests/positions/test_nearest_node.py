@@ -11,7 +11,7 @@ from scipy.special import logsumexp
 
 import bayes_placement as bp
 from bayes_placement import positions
-from bayes_placement._sites import substitute
+from bayes_placement._shared.sites import substitute
 from bayes_placement.inference.unconstrained import UnconstrainedModel
 from tests import in_space
 

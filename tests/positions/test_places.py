@@ -9,7 +9,7 @@ import numpyro.distributions as dist
 import pytest
 from scipy import stats
 
-from bayes_placement._sites import substitute, unknowns
+from bayes_placement._shared.sites import substitute, unknowns
 from bayes_placement.positions import _ball_in_box, places
 
 UNKNOWN = dist.Uniform(0.1, 0.3)

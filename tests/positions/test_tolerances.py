@@ -6,7 +6,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import positions
-from bayes_placement._sites import is_unknown
+from bayes_placement._shared.sites import is_unknown
 from bayes_placement.positions import _nearest_nodes
 
 FRAME = ((0.0, 0.0, 0.0), (1.2, 0.0, 0.9))

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
-from ..._sites import Role
+from ..._shared.sites import Role
 from ...inference.estimates import scalars
 
 EDGE = 0.025

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..._sites import Role
+from ..._shared.sites import Role
 from ...experiment.model_error import OF_WHAT
 from ...inference.units import percent
 

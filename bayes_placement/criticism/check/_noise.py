@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from ..._sites import Role
+from ..._shared.sites import Role
 from ...inference.output_residuals import Chosen, Residuals
 from ..noise_needed import NoiseNeeded, over_scatter, relative_size
 

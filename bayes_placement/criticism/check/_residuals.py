@@ -8,7 +8,8 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Int
 
-from ..._types import InputError, check_kind
+from ..._shared.arguments import check_kind
+from ..._shared.errors import InputError
 from ...experiment.experiment import FORCE_LEVEL
 from ...inference.output_residuals import Chosen, Residuals, levels_of, output_residuals
 

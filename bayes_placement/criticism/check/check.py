@@ -3,7 +3,8 @@
 import numpy as np
 import xarray as xr
 
-from ..._types import InputError, arguments_checked
+from ..._shared.arguments import arguments_checked
+from ..._shared.errors import InputError
 from ...inference.chi2 import LEVEL
 from ...inference.output_residuals import Residuals, response_when_exact
 from ...inference.results import data_faults_of

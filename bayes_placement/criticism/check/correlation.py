@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float, Inexact, Shaped
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from ...inference.output_residuals import Residuals
 from ._residuals import band_of
 

@@ -14,7 +14,7 @@ from scipy import stats
 from tinygp import GaussianProcess
 from tinygp.kernels import quasisep
 
-from ..._compiled import compiled
+from ..._shared.compiled import compiled
 from ...experiment.experiment import FORCE_LEVEL
 from ...inference.output_residuals import Residuals
 from ._residuals import residuals

@@ -7,11 +7,11 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from ..._shared.reprs import notebook_html
 from ...experiment.experiment import FORCE_LEVEL
 from ...inference.chi2 import chi2_in_words, p_in_words
 from ...inference.output_residuals import shows_modes
 from ...inference.units import three_digits
-from ...positions.reprs import notebook_html
 from ..noise_needed import NoiseNeeded
 from . import _edges, _model_error
 from .verdict import Verdict

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from ...experiment.experiment import FORCE_LEVEL, MEASURED
 from ...inference.results import observed_of
 

@@ -10,11 +10,12 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from ..._types import InputError, arguments_checked, check_kind
+from ..._shared.arguments import arguments_checked, check_kind
+from ..._shared.errors import InputError
+from ..._shared.reprs import notebook_html
 from ...experiment.experiment import FORCE_LEVEL, MEASURED
 from ...inference.results import warnings_of
 from ...inference.weights import GOOD_PARETO_K
-from ...positions.reprs import notebook_html
 from ._same_data import log_jacobian
 
 LEAST_DRAWS = 100

@@ -8,9 +8,9 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Array, Float
 
-from ..._compiled import compiled
-from ..._sites import Role
-from ..._types import Response
+from ..._shared.compiled import compiled
+from ..._shared.dimensions import Response
+from ..._shared.sites import Role
 from ...experiment.experiment import Experiment, Measurements
 from ..fitted import OutputsAtValues, compared, outputs_at
 from ..values import with_arrays

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..._sites import Unknown
+from ..._shared.sites import Unknown
 from ...inference.estimates import scalars
 from ...inference.units import readable
 

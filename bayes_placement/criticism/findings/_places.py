@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import xarray as xr
 
-from ..._compiled import compiled
+from ..._shared.compiled import compiled
 from ...experiment.experiment import Experiment
 from ...experiment.transducers import Transducer
 from ...inference.alternative_explanation import JointDraws

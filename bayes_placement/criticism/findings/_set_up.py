@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ..._ranges import described
-from ..._sites import is_unknown
+from ..._shared.ranges import described
+from ..._shared.sites import is_unknown
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.measurement import Measurement
 from ...experiment.modal_parameters import ModalParameters

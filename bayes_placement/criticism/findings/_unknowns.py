@@ -3,8 +3,8 @@
 import numpy as np
 import xarray as xr
 
-from ..._ranges import ends
-from ..._sites import Role, Unknown
+from ..._shared.ranges import ends
+from ..._shared.sites import Role, Unknown
 from ...experiment.experiment import Experiment
 
 SIZE = "size"

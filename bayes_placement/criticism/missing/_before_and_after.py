@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from ...effects.amplitude_attachment import can_act_together
 from ...effects.effect import Effect
 from ...effects.library import Library, kind_of

@@ -5,8 +5,9 @@ import re
 from collections.abc import Collection
 from typing import Any
 
-from ..._sites import unknowns
-from ..._types import InputError, check_kind
+from ..._shared.arguments import check_kind
+from ..._shared.errors import InputError
+from ..._shared.sites import unknowns
 from ...effects.effect import Effect
 from ...effects.instrument_effect import InstrumentEffect
 from ...effects.library import Library, kind_of, library

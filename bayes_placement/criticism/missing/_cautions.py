@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.special import ndtri
 
-from ..._sites import Role
+from ..._shared.sites import Role
 from ...inference.engines.about_mode import SampledPosterior
 from ...inference.engines.levenberg_marquardt import APART
 from ...inference.estimates import scalars

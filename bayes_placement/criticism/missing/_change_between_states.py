@@ -7,7 +7,7 @@ from typing import NamedTuple
 import equinox as eqx
 import numpy as np
 
-from ..._sites import Unknown
+from ..._shared.sites import Unknown
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...inference.engines.empirical_bayes import DECREASING_ERRORS

@@ -6,7 +6,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from ..._sites import is_unknown
+from ..._shared.sites import is_unknown
 from ...effects.effect import AtPlace, Effect, NetworkAttachment
 from ...effects.library import EFFECTS, kind_of
 from ...effects.over import OverExtent

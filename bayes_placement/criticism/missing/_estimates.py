@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..._sites import Role, Unknown
+from ..._shared.sites import Role, Unknown
 from ...inference.estimates import scalars
 from ...inference.units import ReadableUnit, readable
 from ._hypotheses import Hypothesis

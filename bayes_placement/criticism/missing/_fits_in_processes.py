@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from threadpoolctl import threadpool_limits
 
-from ..._processes import nothing, shared
+from ..._shared.processes import nothing, shared
 from ..kept_fits import count_taken, fits_kept_in, folder_of_fits
 
 Outcome = TypeVar("Outcome")

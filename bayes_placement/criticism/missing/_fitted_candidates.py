@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from ..._processes import nothing
+from ..._shared.processes import nothing
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...inference.residuals import Problem

@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..._processes import nothing
-from ..._types import InputError, Progress
+from ..._shared.errors import InputError
+from ..._shared.processes import nothing
+from ..._shared.progress import Progress
 from ...effects.library import Library
 from ...experiment.experiment import Experiment
 from ...experiment.model_error import Modal, ModalErrors

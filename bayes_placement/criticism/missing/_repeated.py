@@ -9,7 +9,7 @@ import equinox as eqx
 import jax
 import numpy as np
 
-from ..._sites import Unknown, is_unknown
+from ..._shared.sites import Unknown, is_unknown
 from ...effects.amplitude_attachment import can_act_together
 from ...effects.effect import Effect
 from ...effects.library import kind_of

@@ -14,7 +14,7 @@ import pandas as pd
 from scipy.special import ndtri
 from scipy.stats import norm
 
-from ..._sites import Role
+from ..._shared.sites import Role
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...inference.engines.least_squares import Jacobian

@@ -9,7 +9,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from ..._processes import import_in_helpers, nothing
+from ..._shared.processes import import_in_helpers, nothing
 from ...effects.library import Library
 from ...experiment.experiment import Experiment
 from ...experiment.model_error import ModalErrors

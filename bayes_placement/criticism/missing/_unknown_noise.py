@@ -3,9 +3,9 @@
 import jax.numpy as jnp
 import numpy as np
 
-from ..._compiled import compiled
-from ..._sites import Role
-from ..._types import Response
+from ..._shared.compiled import compiled
+from ..._shared.dimensions import Response
+from ..._shared.sites import Role
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from ..noise_needed import NoiseNeeded, Rows, neumann, over_scatter, relative_size

@@ -7,8 +7,9 @@ import numpy as np
 from scipy.special import ndtr
 from scipy.stats import wilcoxon
 
-from ..._types import InputError, arguments_checked
-from ...positions.reprs import with_short_repr
+from ..._shared.arguments import arguments_checked
+from ..._shared.errors import InputError
+from ..._shared.reprs import with_short_repr
 from ._weighed import Weighed, numbered_kind
 from .table import AS_STATED, Policy, Row, TableOfFits
 

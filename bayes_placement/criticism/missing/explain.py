@@ -4,8 +4,9 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from ..._processes import rare_garbage_collection
-from ..._types import Progress, arguments_checked, no_progress
+from ..._shared.arguments import arguments_checked
+from ..._shared.processes import rare_garbage_collection
+from ..._shared.progress import Progress, no_progress
 from ...effects.library import Library
 from ...experiment.data_checks.signal import check_signal
 from ...experiment.experiment import Experiment, Measurements

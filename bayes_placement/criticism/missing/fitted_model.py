@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from ..._shared.reprs import with_short_repr
 from ...effects.beyond_prior import BeyondPrior
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...experiment.experiment import Experiment
 from ...inference.chi2 import LEVEL
 from ...inference.engines.about_mode import SampledPosterior, sampled_about
-from ...positions.reprs import with_short_repr
 from ..noise_needed import NoiseNeeded
 from . import _beyond_in_words
 from ._estimates import ParameterEstimate, errors, estimates, number_or_none, sizes

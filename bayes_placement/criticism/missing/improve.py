@@ -10,15 +10,10 @@ from typing import Any, NamedTuple, overload
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from ..._processes import rare_garbage_collection
-from ..._types import (
-    InputError,
-    Progress,
-    arguments_checked,
-    check_count,
-    check_positive,
-    no_progress,
-)
+from ..._shared.arguments import arguments_checked, check_count, check_positive
+from ..._shared.errors import InputError
+from ..._shared.processes import rare_garbage_collection
+from ..._shared.progress import Progress, no_progress
 from ...effects.library import Library, kind_of
 from ...experiment.data_checks.signal import check_signal
 from ...experiment.experiment import Experiment, Measurements

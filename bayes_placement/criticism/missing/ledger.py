@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ..._files import write_json
+from ..._shared.files import write_json
+from ..._shared.reprs import notebook_html
 from ...experiment.experiment import Experiment
 from ...inference.alternative_explanation import Alternative
 from ...inference.units import percent
-from ...positions.reprs import notebook_html
 from ..reach.reach import Reach, only_port
 from ._claims import SCHEMA
 from ._estimates import number_or_none

@@ -2,8 +2,10 @@
 
 from threadpoolctl import threadpool_limits
 
-from ..._processes import rare_garbage_collection
-from ..._types import InputError, Progress, arguments_checked, no_progress
+from ..._shared.arguments import arguments_checked
+from ..._shared.errors import InputError
+from ..._shared.processes import rare_garbage_collection
+from ..._shared.progress import Progress, no_progress
 from ...experiment.data_checks.signal import check_signal
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from ..._files import write_json
-from ...positions.reprs import notebook_html
+from ..._shared.files import write_json
+from ..._shared.reprs import notebook_html
 from ._change_between_states import CHANGED, NEW, UNCHANGED, FoundEffect, change
 from ._estimates import ParameterEstimate
 from ._narrow_text import narrow_by_column

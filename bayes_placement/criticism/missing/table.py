@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.special import bdtrc, chdtrc, ndtr
 
-from ..._types import InputError, check_positive
+from ..._shared.arguments import check_positive
+from ..._shared.errors import InputError
+from ..._shared.reprs import with_short_repr
 from ...inference.chi2 import LEVEL
-from ...positions.reprs import with_short_repr
 from ..check._edges import EDGE, PILED
 from ._outliers import OUTLIERS
 

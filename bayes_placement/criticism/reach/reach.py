@@ -10,12 +10,12 @@ from jaxtyping import Float, Shaped
 from scipy.special import logsumexp
 from scipy.stats import chi2
 
-from ..._types import InputError
+from ..._shared.errors import InputError
+from ..._shared.reprs import notebook_html
 from ...inference.chi2 import LEVEL
 from ...inference.engines.levenberg_marquardt import Fit
 from ...inference.residuals import Problem
 from ...inference.units import three_digits
-from ...positions.reprs import notebook_html
 from ..locations import locations
 from ._as_measured import as_measured
 from ._at_port import AnyPort, ReachOfPort

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
-from ..._sites import Owner
+from ..._shared.sites import Owner
 from ...effects.effect import Modulus
 from ...experiment.experiment import Experiment
 from ...experiment.frf import modal_receptance

@@ -8,8 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax.scipy.special import ndtr
 
-from ..._sites import Role, Unknown
-from ..._types import InputError
+from ..._shared.errors import InputError
+from ..._shared.sites import Role, Unknown
 from ...experiment.experiment import Experiment
 from ...inference.alternative_explanation import JointDraws
 from . import _sampling

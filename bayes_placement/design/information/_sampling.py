@@ -9,7 +9,7 @@ import jax
 import numpy as np
 from scipy.special import ndtri
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from ...inference.coordinates import Coordinates
 
 SAMPLINGS = ("sobol", "plain")

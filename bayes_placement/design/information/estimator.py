@@ -12,12 +12,13 @@ import numpy as np
 from jax.scipy.special import logsumexp
 from jaxtyping import Array, Bool, Float
 
-from ..._sites import Role
-from ..._types import InfeasibleError, check_count, check_fields
+from ..._shared.arguments import check_count, check_fields
+from ..._shared.errors import InfeasibleError
+from ..._shared.reprs import with_short_repr
+from ..._shared.sites import Role
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Noise
 from ...inference.alternative_explanation import JointDraws, draws_of
-from ...positions.reprs import with_short_repr
 from ._prior_knowledge import posterior_means
 
 

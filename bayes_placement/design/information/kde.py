@@ -9,8 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..._compiled import compiled
-from ..._types import InfeasibleError, InputError, check_fields
+from ..._shared.arguments import check_fields
+from ..._shared.compiled import compiled
+from ..._shared.errors import InfeasibleError, InputError
 from ...experiment.experiment import Experiment
 from ...inference.marginals.kernel_density import KERNELS, Kernel, kernel
 from . import _modal_products, _sampling

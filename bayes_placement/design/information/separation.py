@@ -11,7 +11,8 @@ import numpy as np
 from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
 
-from ..._types import InputError, check_annotated
+from ..._shared.arguments import check_annotated
+from ..._shared.errors import InputError
 from ...experiment.experiment import Experiment
 from ...inference.alternative_explanation import Alternative
 from . import _sampling

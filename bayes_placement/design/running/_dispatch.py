@@ -16,8 +16,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ..._processes import shared_in_any_order
-from ..._types import InputError, Progress, WorkerError
+from ..._shared.errors import InputError, WorkerError
+from ..._shared.processes import shared_in_any_order
+from ..._shared.progress import Progress
 from ._store import Store
 from .chunks import Chunk, compute, compute_packed
 from .executors import WorkerProcesses

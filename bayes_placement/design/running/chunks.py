@@ -15,8 +15,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..._compiled import compiled
-from ..._types import InputError, WorkerError
+from ..._shared.compiled import compiled
+from ..._shared.errors import InputError, WorkerError
 from ...experiment.content_hash import content_hash
 from ...experiment.experiment import Experiment
 from .._candidates import Candidates, placed

@@ -8,7 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._types import Key, Progress, no_progress, warn
+from ..._shared.dimensions import Key
+from ..._shared.errors import warn
+from ..._shared.progress import Progress, no_progress
 from ...experiment.experiment import Experiment
 from ...experiment.variants import with_lines
 from ...inference.random_keys import integer_seed

@@ -12,8 +12,10 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager, nullco
 from types import ModuleType
 from typing import Any
 
-from ..._processes import environment
-from ..._types import LEAST_THREADS, InputError, MissingExtraError, arguments_checked
+from ..._shared.arguments import arguments_checked
+from ..._shared.errors import InputError, MissingExtraError
+from ..._shared.precision import LEAST_THREADS
+from ..._shared.processes import environment
 
 REPLACEMENTS = 3
 """How often lost workers are replaced before the run is given up."""

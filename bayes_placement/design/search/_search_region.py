@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpyro.distributions import Uniform
 
-from ..._sites import is_unknown
-from ..._types import InputError
+from ..._shared.errors import InputError
+from ..._shared.sites import is_unknown
 from ...experiment.experiment import Experiment
 from ...positions.bounds import in_space
 from ...positions.places import Straight

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, TypeAlias
 import equinox as eqx
 import numpy as np
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from ...experiment.experiment import Experiment
 from ...experiment.variants import channel_numbers, with_only
 from .._candidates import Candidates, candidates, present_position

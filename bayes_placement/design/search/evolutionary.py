@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 import equinox as eqx
 import numpy as np
 
-from ..._types import InfeasibleError, InputError, check_fields
+from ..._shared.arguments import check_fields
+from ..._shared.errors import InfeasibleError, InputError
 from ...experiment.experiment import Experiment
 from .._candidates import Candidates
 from ..running.evaluation import Evaluation

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from ...experiment.experiment import Experiment
 from ...positions.bounds import bounds_text, in_space
 from ...positions.vectors import Recorded

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import equinox as eqx
 import numpy as np
 
-from ..._types import check_count
+from ..._shared.arguments import check_count
 from .._candidates import Candidates, present_position
 from ..running.evaluation import Evaluation
 from ._search_space import SearchSpace, Selection, gain_in_one_shape

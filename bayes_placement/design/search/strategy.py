@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import numpy as np
 
-from ...positions.reprs import with_short_repr
+from ..._shared.reprs import with_short_repr
 from .._candidates import Candidates
 from ..running.evaluation import Evaluation
 from ._search_space import Group, SearchSpace, Selection, gain_as_mounted

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import pandas as pd
 
-from ...positions.reprs import notebook_html
+from ..._shared.reprs import notebook_html
 from ..force_levels import at_levels
 from ..measurement import Measurement
 from ..modal_parameters import ModalParameters

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..._types import ComplexSpectrum
+from ..._shared.dimensions import ComplexSpectrum
 from ...effects.mains_hum import FARTHEST, MAINS, close_to_multiples
 from .record import Fault, Record
 

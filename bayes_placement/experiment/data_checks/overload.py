@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..._types import Spectrum
+from ..._shared.dimensions import Spectrum
 from .._noise_level import FEWEST_LINES
 from .record import Fault, Record
 

@@ -7,8 +7,8 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Complex, Float
 
-from ..._compiled import compiled
-from ..._types import Receptance
+from ..._shared.compiled import compiled
+from ..._shared.dimensions import Receptance
 from ..prior_draws import draws_from_priors
 from ..quantities import quantity_of
 

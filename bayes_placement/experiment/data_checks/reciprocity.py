@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..._types import ComplexSpectrum
+from ..._shared.dimensions import ComplexSpectrum
 from .._noise_level import FEWEST_LINES
 from .prior_responses import prior_responses
 from .record import Fault, Pair, Record

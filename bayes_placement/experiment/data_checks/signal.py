@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.special import ndtr
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from ..force_levels import at_levels
 from ..measurement import Measurement
 from ..modal_parameters import ModalParameters

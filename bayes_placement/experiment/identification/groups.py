@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ..._types import InputError, Spectrum
+from ..._shared.dimensions import Spectrum
+from ..._shared.errors import InputError
 from .._modal_checks import MOST_IMAGINARY
 from ..line_choice import half_power_bandwidth, mode_indicator, resonances
 from .band import ELSEWHERE, Band, PoleFit, fitted

@@ -6,7 +6,8 @@ from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
-from ..._types import InputError, arguments_checked, shown, warn
+from ..._shared.arguments import arguments_checked, shown
+from ..._shared.errors import InputError, warn
 from .._modal_checks import MOST_IMAGINARY
 from ..line_choice import peaks_at_ends
 from ..measurement import Measurement

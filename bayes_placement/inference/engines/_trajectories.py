@@ -12,7 +12,7 @@ import jax.numpy as jnp
 from blackjax.mcmc import hmc
 from jaxtyping import Array, Float
 
-from ..._types import Key
+from ..._shared.dimensions import Key
 from ..memory import mapped
 
 MANY = 12

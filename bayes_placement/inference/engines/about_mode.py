@@ -14,7 +14,9 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.special import logsumexp
 
-from ..._types import InfeasibleError, Key, no_progress
+from ..._shared.dimensions import Key
+from ..._shared.errors import InfeasibleError
+from ..._shared.progress import no_progress
 from .. import engines
 from ..weights import GOOD_PARETO_K, effective_size, pareto_k
 from .engine import Engine

@@ -13,8 +13,8 @@ from jaxtyping import Array, Float
 from numpyro.distributions import Distribution
 from scipy.linalg import solve_triangular
 
-from ..._compiled import compiled
-from ..._sites import Unknown
+from ..._shared.compiled import compiled
+from ..._shared.sites import Unknown
 from .laplace import Laplace
 from .least_squares import LeastSquares, ParameterPoints
 from .levenberg_marquardt import GAIN, Fit, best_fit, minimise

@@ -10,9 +10,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..._compiled import compiled
-from ..._types import Key, Progress
-from ...positions.reprs import with_short_repr
+from ..._shared.compiled import compiled
+from ..._shared.dimensions import Key
+from ..._shared.progress import Progress
+from ..._shared.reprs import with_short_repr
 from ..memory import affordable_batch, working_bytes
 from .empirical_bayes import Hierarchy
 from .least_squares import LeastSquares

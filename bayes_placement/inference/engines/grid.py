@@ -8,7 +8,10 @@ import equinox as eqx
 import numpy as np
 from scipy.special import logsumexp
 
-from ..._types import InfeasibleError, Key, Progress, check_count
+from ..._shared.arguments import check_count
+from ..._shared.dimensions import Key
+from ..._shared.errors import InfeasibleError
+from ..._shared.progress import Progress
 from ..weights import LEAST_NODES, effective_size
 from .engine import Engine, EngineDraws, PosteriorDensity, log_likelihoods_in_batches
 from .importance import weighted

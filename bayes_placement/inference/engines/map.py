@@ -10,8 +10,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..._compiled import compiled
-from ..._types import InputError, Key, Progress, check_count
+from ..._shared.arguments import check_count
+from ..._shared.compiled import compiled
+from ..._shared.dimensions import Key
+from ..._shared.errors import InputError
+from ..._shared.progress import Progress
 from ..weights import GOOD_PARETO_K, pareto_k
 from .differential_evolution import evolved
 from .empirical_bayes import Hierarchy, Sized, fitted_with_sizes

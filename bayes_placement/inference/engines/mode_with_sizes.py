@@ -10,7 +10,7 @@ import jax
 import numpy as np
 from jaxtyping import Float
 
-from ..._sites import Unknown
+from ..._shared.sites import Unknown
 from ..coordinates import Coordinates
 from .differential_evolution import evolved
 from .empirical_bayes import Ends, Hierarchy, Sized, bounds_of_log, log_density

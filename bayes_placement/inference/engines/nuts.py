@@ -9,8 +9,10 @@ import numpy as np
 from arviz_stats.base import array_stats
 from numpyro.infer import NUTS as Kernel
 
-from ..._compiled import compiled
-from ..._types import Key, Progress, check_count, check_fields, check_positive
+from ..._shared.arguments import check_count, check_fields, check_positive
+from ..._shared.compiled import compiled
+from ..._shared.dimensions import Key
+from ..._shared.progress import Progress
 from .engine import Engine, EngineDraws, PosteriorDensity
 
 R_HAT_OF_CHAINS = 1.01

@@ -15,8 +15,11 @@ from blackjax.smc.solver import dichotomy
 from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
 
-from ..._compiled import compiled
-from ..._types import InputError, Key, Progress, check_count, check_fields, check_positive
+from ..._shared.arguments import check_count, check_fields, check_positive
+from ..._shared.compiled import compiled
+from ..._shared.dimensions import Key
+from ..._shared.errors import InputError
+from ..._shared.progress import Progress
 from ..memory import affordable_batch, mapped
 from . import _trajectories as trajectories
 from .engine import Engine, EngineDraws, PosteriorDensity, log_likelihood

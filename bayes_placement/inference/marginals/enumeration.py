@@ -2,8 +2,9 @@
 
 from typing import Any
 
-from ..._sites import Unknown, is_finite
-from ..._types import InputError, Key
+from ..._shared.dimensions import Key
+from ..._shared.errors import InputError
+from ..._shared.sites import Unknown, is_finite
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from .marginal import DrawPlacement, IntegratedModel, Marginal, Model, integrated

@@ -4,8 +4,10 @@ from typing import Any
 
 import equinox as eqx
 
-from ..._sites import Unknown
-from ..._types import InputError, Key, check_count, check_fields
+from ..._shared.arguments import check_count, check_fields
+from ..._shared.dimensions import Key
+from ..._shared.errors import InputError
+from ..._shared.sites import Unknown
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from ..random_keys import jax_key

@@ -13,8 +13,8 @@ from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
 from numpyro.distributions import Normal
 
-from ..._sites import substitute
-from ..._types import Key
+from ..._shared.dimensions import Key
+from ..._shared.sites import substitute
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from ..weights import effective_size

@@ -4,8 +4,8 @@ from typing import Any
 
 import equinox as eqx
 
-from ..._sites import Unknown
-from ..._types import Key
+from ..._shared.dimensions import Key
+from ..._shared.sites import Unknown
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from ..engines.empirical_bayes import Hierarchy

@@ -9,11 +9,12 @@ import numpyro
 from jaxtyping import Array, Float
 from numpyro.distributions import Distribution
 
-from ..._sites import Unknown, realise
-from ..._types import InfeasibleError, Key
+from ..._shared.dimensions import Key
+from ..._shared.errors import InfeasibleError
+from ..._shared.reprs import with_short_repr
+from ..._shared.sites import Unknown, realise
 from ...experiment.experiment import MEASURED, Experiment
 from ...experiment.noise import Data
-from ...positions.reprs import with_short_repr
 from ..engines.empirical_bayes import Hierarchy
 from ..engines.least_squares import LeastSquares
 from ..residuals import sizes_of

@@ -16,8 +16,9 @@ from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float, Shaped
 from numpyro.distributions import Distribution
 
-from ..._sites import is_finite, substitute
-from ..._types import InfeasibleError, Key
+from ..._shared.dimensions import Key
+from ..._shared.errors import InfeasibleError
+from ..._shared.sites import is_finite, substitute
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from ...experiment.variants import with_only

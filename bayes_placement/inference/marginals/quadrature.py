@@ -4,8 +4,9 @@ from typing import Any
 
 import equinox as eqx
 
-from ..._sites import Unknown
-from ..._types import Key, check_count
+from ..._shared.arguments import check_count
+from ..._shared.dimensions import Key
+from ..._shared.sites import Unknown
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from .marginal import DrawPlacement, IntegratedModel, Marginal, Model, integrated

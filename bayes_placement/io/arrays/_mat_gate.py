@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from .._limits import check_limit, most
 
 UNPACKED = "unpacked bytes of a MATLAB file"

@@ -4,7 +4,7 @@ import re
 import zipfile
 from pathlib import Path
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from .._limits import check_limit
 
 _PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)

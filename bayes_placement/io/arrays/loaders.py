@@ -3,7 +3,8 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from ..._types import InputError, arguments_checked
+from ..._shared.arguments import arguments_checked
+from ..._shared.errors import InputError
 from .. import _contents
 from .._gate import existing
 from . import hdf5, mat, npz, text, text_blocks, workbook

@@ -3,7 +3,7 @@
 import warnings
 from pathlib import Path
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from .._gate import existing, reading
 from . import _mat_gate
 from .named_arrays import NamedArrays, flattened

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..._types import InputError
-from ...positions.reprs import with_short_repr
+from ..._shared.errors import InputError
+from ..._shared.reprs import with_short_repr
 
 NUMBERS, TEXTS = "biufc", "U"
 _DEEPEST = 30

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from .._gate import existing, reading
 from .._npz_archive import NpzArchive, array_in
 from .named_arrays import NUMBERS, TEXTS, NamedArrays

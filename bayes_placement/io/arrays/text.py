@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from ...experiment._measurement_words import counted
 from .._contents import decoded
 from .._frf_units import is_unit

@@ -6,7 +6,7 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from .._gate import existing, reading
 from .._limits import check_limit
 from . import _workbook_gate

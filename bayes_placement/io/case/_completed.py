@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ..._files import write_json
+from ..._shared.files import write_json
 from ...effects.effect import Effect
 from ...experiment.experiment import Experiment
 from ._effects import FIELD, stated_effects

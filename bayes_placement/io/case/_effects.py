@@ -6,9 +6,9 @@ from typing import Any
 
 import jax
 
-from ..._ranges import described
-from ..._sites import is_unknown
-from ..._types import InputError
+from ..._shared.errors import InputError
+from ..._shared.ranges import described
+from ..._shared.sites import is_unknown
 from ...effects.effect import Effect
 from ...effects.library import EFFECTS, kind_of, library
 from ...experiment.experiment import Experiment

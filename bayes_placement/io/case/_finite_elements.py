@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Int
 
-from ..._types import Parameter
+from ..._shared.dimensions import Parameter
 from ...modes import finite_elements
 from ...modes.finite_elements import interpolation, soft_supports
 from ...modes.finite_elements.matrices import Matrices

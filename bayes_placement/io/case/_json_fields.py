@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from .._gate import LARGEST, is_number, reading, text_in_utf8
 
 _MOST_BYTES = 16 << 20

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpyro.distributions import Distribution, LogNormal, Normal, Uniform
 
-from ..._types import Parameter
+from ..._shared.dimensions import Parameter
 from ...effects.attached import Attached
 from ...experiment.damping import Modal
 from ...experiment.structure import Structure

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 from numpyro.distributions import LogUniform
 
-from ..._types import InputError, Parameter
+from ..._shared.dimensions import Parameter
+from ..._shared.errors import InputError
 from ...experiment.measurement import Measurement
 from ...experiment.noise import FromCoherence, FromScatter, FromVariance, Noise, Relative
 from .._gate import is_number

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpyro.distributions import Normal, Uniform
 
-from ..._types import Parameter
+from ..._shared.dimensions import Parameter
 from ...positions.tolerances import Box, Segment
 from .._gate import is_number
 from ._finite_elements import FiniteElementStructure

@@ -8,8 +8,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ..._files import write_atomically
-from ..._types import InputError, arguments_checked
+from ..._shared.arguments import arguments_checked
+from ..._shared.errors import InputError
+from ..._shared.files import write_atomically
 from ...experiment.measurement import Measurement
 from ...experiment.quantities import quantity_of
 from ...positions.channel import Channel, match

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from .._frf_units import FREQUENCY
 from ..arrays.named_arrays import NamedArrays
 from ._headings import (

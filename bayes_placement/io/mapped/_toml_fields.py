@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from .._gate import existing, is_number, reading, text_in_utf8
 
 _MOST_BYTES, _MOST_PARTS = 1 << 20, 100

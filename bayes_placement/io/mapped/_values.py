@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from ...experiment._measurement_words import counted
 from .._frf_units import FREQUENCY, FrfUnit, VoltageUnit, frf_unit, plain
 from ..arrays.named_arrays import NamedArrays

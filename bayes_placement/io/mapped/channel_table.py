@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from .. import _contents
 from .._channel_row import ChannelRow, Point
 from .._frf_units import ANGLE, LENGTH, SensitivityUnit, sensitivity_unit

@@ -6,10 +6,11 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from ..._types import InputError, arguments_checked
+from ..._shared.arguments import arguments_checked
+from ..._shared.errors import InputError
+from ..._shared.reprs import notebook_html
 from ...experiment.measurement import Measurement, Position
 from ...positions.channel import Channel
-from ...positions.reprs import notebook_html
 from .. import _contents, uff
 from .._channel_row import ChannelRow
 from .._gate import path_of, reading

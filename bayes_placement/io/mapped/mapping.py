@@ -5,8 +5,9 @@ from collections.abc import Mapping as Dictionary
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..._types import InputError, check_kind
-from ...positions.reprs import with_short_repr
+from ..._shared.arguments import check_kind
+from ..._shared.errors import InputError
+from ..._shared.reprs import with_short_repr
 from .._gate import is_number
 from ._toml_fields import TomlTable, are_texts, is_column, is_text, load
 

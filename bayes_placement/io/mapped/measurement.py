@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from ...experiment._measurement_words import counted
 from ...experiment.measurement import Measurement
 from ...experiment.quantities import quantity_of

@@ -10,7 +10,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from ...experiment.quantities import QUANTITIES
 from .._frf_units import plain
 from ..arrays.named_arrays import NamedArrays

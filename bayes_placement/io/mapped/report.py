@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import pandas as pd
 
+from ..._shared.reprs import notebook_html
 from ...experiment.measurement import Measurement
-from ...positions.reprs import notebook_html
 
 _CHUNK = 1 << 20
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from .recording import same_rate
 from .records import positive
 

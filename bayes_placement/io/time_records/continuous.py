@@ -8,9 +8,10 @@ import numpy as np
 from jaxtyping import Complex
 from scipy import signal
 
-from ..._sites import unit
-from ..._types import InputError, finite_number, shown
-from ...positions.reprs import with_short_repr
+from ..._shared.arguments import finite_number, shown
+from ..._shared.errors import InputError
+from ..._shared.reprs import with_short_repr
+from ..._shared.sites import unit
 from . import overload
 from .excitation import Excitation, Spectra, lines
 from .records import FEWEST_SAMPLES, Records, Samples, positive

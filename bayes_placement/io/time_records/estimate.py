@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from ..._shared.reprs import noun_html
 from ...effects.exponential_window import ExponentialWindow
 from ...experiment.measurement import Measurement
-from ...positions.reprs import noun_html
 
 
 class EstimateWarning(UserWarning):

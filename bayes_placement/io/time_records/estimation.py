@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Complex
 
-from ..._types import InputError, check_annotated, check_count, check_kind, shown, warn
+from ..._shared.arguments import check_annotated, check_count, check_kind, shown
+from ..._shared.errors import InputError, warn
 from ...experiment import pooled_variance
 from ...experiment._measurement_checks import band as check_band
 from ...experiment.measurement import Measurement

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..._types import InputError, check_annotated, check_kind, warn
+from ..._shared.arguments import check_annotated, check_kind
+from ..._shared.errors import InputError, warn
 from .. import _contents as content
 from .._frf_units import VOLTAGE, plain
 from .._gate import FileWarning, check_plausible, existing, path_of, reading

@@ -6,9 +6,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float
 
-from ..._sites import unit
-from ..._types import InputError, check_positive
-from ...positions.reprs import with_short_repr
+from ..._shared.arguments import check_positive
+from ..._shared.errors import InputError
+from ..._shared.reprs import with_short_repr
+from ..._shared.sites import unit
 from . import overload
 from .excitation import Excitation, Spectra, lines
 from .hits import Hit, hit_per_record, over_trigger, second_hit

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._types import InputError, warn
+from ..._shared.errors import InputError, warn
 from .._gate import FileWarning
 from ..arrays.text import decimal_point, is_number, text_of, with_point
 from .clock import JITTER, check_starts, rate_of_times

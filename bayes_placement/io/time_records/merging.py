@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ..._types import InputError, check_annotated, check_kind
+from ..._shared.arguments import check_annotated, check_kind
+from ..._shared.errors import InputError
 from ...experiment.measurement import Measurement, Position
 from ...positions.channel import Channel
 

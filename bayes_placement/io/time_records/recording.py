@@ -7,9 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..._types import InputError, check_annotated, check_kind
+from ..._shared.arguments import check_annotated, check_kind
+from ..._shared.errors import InputError
+from ..._shared.reprs import with_short_repr
 from ...experiment.quantities import motion_name
-from ...positions.reprs import with_short_repr
 from .._frf_units import FORCE, VOLTAGE, frf_unit, plain, sensitivity_unit
 from .records import Samples, positive
 

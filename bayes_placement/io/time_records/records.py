@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ..._types import InputError, check_annotated, check_kind, finite_number, shown
+from ..._shared.arguments import check_annotated, check_kind, finite_number, shown
+from ..._shared.errors import InputError
 from ...positions.channel import Channel, Channels, check_distinct, parsed
 
 FEWEST_SAMPLES = 16

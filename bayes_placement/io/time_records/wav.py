@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from scipy.io import wavfile
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from .sampled import Sampled
 
 

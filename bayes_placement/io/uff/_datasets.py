@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from .._contents import WIDE, decoded, is_wide
 from .._gate import existing
 from . import _decode

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from .._mesh_contents import MeshContents, of_numbers, strict_integer
 from ._datasets import UNITS, MeasurementFileError, blocks_of, load
 from ._nodes import node_positions

@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..._types import InputError, check_positive, warn
+from ..._shared.arguments import check_positive
+from ..._shared.errors import InputError, warn
 from ...experiment import quantities
 from .._frf_units import FORCE, LENGTH, STANDARD_GRAVITY, plain
 from .._gate import FileWarning

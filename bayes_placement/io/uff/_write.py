@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..._files import write_atomically
-from ..._types import InputError, arguments_checked
+from ..._shared.arguments import arguments_checked
+from ..._shared.errors import InputError
+from ..._shared.files import write_atomically
 from ...experiment.measurement import Measurement
 from ...positions.channel import Channel, check_distinct
 from ._datasets import VARIANCE_NOTE

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..._types import arguments_checked, check_kind
+from ..._shared.arguments import arguments_checked, check_kind
 from ...experiment.measurement import Channel, Measurement, Position
 from ...experiment.quantities import converted, frf_name
 from .._gate import check_plausible, path_of, reading

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..._types import arguments_checked
+from ..._shared.arguments import arguments_checked
 from ...modes.finite_elements.modal_model import ModalModel
 from .._gate import check_plausible, reading
 from ._datasets import DATA_AT_NODES, Dataset, MeasurementFileError, described, load

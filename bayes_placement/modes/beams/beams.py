@@ -8,9 +8,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..._ranges import POSITIVE
-from ..._sites import check_numbers, is_open, is_unknown, unit
-from ..._types import InputError, Parameter, arguments_checked, check_count, finite_number
+from ..._shared.arguments import arguments_checked, check_count, finite_number
+from ..._shared.dimensions import Parameter
+from ..._shared.errors import InputError
+from ..._shared.ranges import POSITIVE
+from ..._shared.sites import check_numbers, is_open, is_unknown, unit
 from ..modes import AxisShapes, Coordinates
 from ..scalars import check_scalar
 from . import _beam_roots

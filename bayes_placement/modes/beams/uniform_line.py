@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Array, Float
 from scipy.special import zeta
 
-from ..._ranges import POSITIVE
-from ..._sites import is_unknown, unit
-from ..._types import Parameter
+from ..._shared.dimensions import Parameter
+from ..._shared.ranges import POSITIVE
+from ..._shared.sites import is_unknown, unit
 from ..modes import Coordinates, Flexibility, Modes, Orders
 from . import _beam_statics
 

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, Shaped
 from numpy.typing import ArrayLike
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 
 Nodes = Int[np.ndarray, "node"]
 Dof = Int[np.ndarray, "dof 2"]

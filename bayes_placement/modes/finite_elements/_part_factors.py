@@ -9,9 +9,10 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import Distribution
 
-from ..._compiled import compiled
-from ..._sites import is_unknown
-from ..._types import InputError, Parameter
+from ..._shared.compiled import compiled
+from ..._shared.dimensions import Parameter
+from ..._shared.errors import InputError
+from ..._shared.sites import is_unknown
 
 TAIL = 1e-4
 """Probability on either side of the range of a distribution."""

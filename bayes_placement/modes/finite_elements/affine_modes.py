@@ -9,8 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..._sites import unit
-from ..._types import Parameter
+from ..._shared.dimensions import Parameter
+from ..._shared.sites import unit
 from ..changed import ChangedModes, changed
 from ..modes import Modes
 from .named_matrices import NamedMatrices

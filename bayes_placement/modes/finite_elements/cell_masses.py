@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from .matrices import Matrices
 from .modal_model import ModalModel
 

@@ -9,9 +9,11 @@ from jaxtyping import Float, Int
 from scipy.sparse import csc_array
 from threadpoolctl import threadpool_limits
 
-from ..._compiled import of_jax
-from ..._sites import is_open
-from ..._types import InputError, Parameter, arguments_checked, check_positive
+from ..._shared.arguments import arguments_checked, check_positive
+from ..._shared.compiled import of_jax
+from ..._shared.dimensions import Parameter
+from ..._shared.errors import InputError
+from ..._shared.sites import is_open
 from ...positions.names import checked_name
 from ...positions.tolerances import Tolerance
 from ...positions.vectors import CartesianComponents, triple

@@ -7,8 +7,9 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
-from ..._types import InputError, arguments_checked
-from ...positions.reprs import noun_html
+from ..._shared.arguments import arguments_checked
+from ..._shared.errors import InputError
+from ..._shared.reprs import noun_html
 from . import _modal_model_checks as checks
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz", "w_xy")

@@ -9,8 +9,8 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..._compiled import of_jax
-from ..._types import InputError
+from ..._shared.compiled import of_jax
+from ..._shared.errors import InputError
 from ...positions.names import printable_name
 
 

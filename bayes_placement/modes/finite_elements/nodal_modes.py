@@ -9,10 +9,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Inexact
 
-from ..._compiled import of_jax
-from ..._ranges import POSITIVE
-from ..._sites import is_open, unit
-from ..._types import InputError, Parameter, arguments_checked, check_positive
+from ..._shared.arguments import arguments_checked, check_positive
+from ..._shared.compiled import of_jax
+from ..._shared.dimensions import Parameter
+from ..._shared.errors import InputError
+from ..._shared.ranges import POSITIVE
+from ..._shared.sites import is_open, unit
 from ...positions.places import Place, mean
 from ...positions.tolerances import Box, Tolerance
 from ...positions.vectors import CartesianComponents

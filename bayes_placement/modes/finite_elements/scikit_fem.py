@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
-from ..._types import arguments_checked
+from ..._shared.arguments import arguments_checked
 from . import interpolation
 from .interpolation import Interpolation
 from .matrices import Matrices, Sparse

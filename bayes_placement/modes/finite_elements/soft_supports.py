@@ -7,8 +7,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.linalg import null_space
 
-from ..._types import InputError, arguments_checked
-from ...positions.reprs import with_short_repr
+from ..._shared.arguments import arguments_checked
+from ..._shared.errors import InputError
+from ..._shared.reprs import with_short_repr
 from ...positions.vectors import Vector, direction_of, vector
 from .interpolation._interpolation import rows_of
 from .matrices import Matrices

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 
 _STEP = {
     "setting": "",

@@ -4,7 +4,7 @@ import base64
 import re
 from pathlib import Path
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 
 LARGEST = 5_000_000
 """Bytes of the largest photograph that is taken."""

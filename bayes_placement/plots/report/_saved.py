@@ -8,7 +8,7 @@ import pandas as pd
 import xarray as xr
 from pandas.api.types import is_numeric_dtype
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from ...criticism.findings.findings import ABOUT
 from ...criticism.fitted import AS_DRAWN
 from ...io import netcdf

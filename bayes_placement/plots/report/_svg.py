@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from ..._types import InputError
+from ..._shared.errors import InputError
 from .._colours import AFTER, BEFORE, DATA, FAINT, FIFTH, FLOOR, FOURTH, INK, PAPER
 
 Element = ElementTree.Element

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import pandas as pd
 
-from ..._files import write_csv
-from ..._types import InputError
+from ..._shared.errors import InputError
+from ..._shared.files import write_csv
 from ._svg import checked_svg
 
 Cell: TypeAlias = str | float | int | None

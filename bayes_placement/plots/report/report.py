@@ -10,9 +10,10 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
-from ..._files import write_atomically
-from ..._types import InputError, check_fields, check_kind, shown
-from ...positions.reprs import with_short_repr
+from ..._shared.arguments import check_fields, check_kind, shown
+from ..._shared.errors import InputError
+from ..._shared.files import write_atomically
+from ..._shared.reprs import with_short_repr
 from ._photo import checked_photo
 from ._svg import checked_svg, svg_of
 from .content import Content, Drawing, Item, Table, Text, tags_of

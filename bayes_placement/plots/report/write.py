@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..._types import arguments_checked
+from ..._shared.arguments import arguments_checked
 from ._photo import embedded
 from ._saved import Saved, runs, saved, states
 from ._style import look

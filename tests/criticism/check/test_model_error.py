@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
+from bayes_placement._shared.compiled import compiled
 from tests.inference.engines.test_mode_with_sizes import ERRORS, case  # noqa: F401  a fixture
 
 

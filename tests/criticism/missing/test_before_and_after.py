@@ -9,7 +9,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import effects, explain, improve
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from bayes_placement.criticism.missing._before_and_after import state_of
 from bayes_placement.inference.residuals import Problem
 from bayes_placement.inference.residuals_of_state import State

@@ -5,7 +5,7 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from bayes_placement.criticism.missing._before_and_after import over_both, state_of
 from bayes_placement.criticism.missing._cautions import cautions_of_fit
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis, with_errors

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from bayes_placement.criticism.missing.table import Row, TableOfFits
 
 NOTHING, OTHER = "nothing_missing", "none_of_these"

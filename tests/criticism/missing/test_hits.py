@@ -6,7 +6,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import effects, improve
-from bayes_placement._compiled import compiled
+from bayes_placement._shared.compiled import compiled
 
 LINES = np.linspace(40.0, 900.0, 50)
 HITS = {"h1": 0.13, "h2": 0.34, "h3": 0.52, "h4": 0.77}

@@ -8,7 +8,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import effects
-from bayes_placement._types import InfeasibleError, InputError
+from bayes_placement._shared.errors import InfeasibleError, InputError
 from bayes_placement.criticism.missing.explain import explain
 from bayes_placement.criticism.missing.improve import improve
 from tests.criticism import small

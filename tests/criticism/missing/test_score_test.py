@@ -8,7 +8,7 @@ from scipy.stats import chi2, norm
 
 import bayes_placement as bp
 from bayes_placement import effects, positions
-from bayes_placement._compiled import compiled
+from bayes_placement._shared.compiled import compiled
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.criticism.missing._scanned_candidates import scanned
 from bayes_placement.criticism.missing._score_test import suspicion

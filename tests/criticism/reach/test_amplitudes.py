@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.criticism.reach._at_port import omega_of, rows_of
 from bayes_placement.criticism.reach._free_law import FreeLaw

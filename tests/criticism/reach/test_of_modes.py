@@ -9,7 +9,7 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.criticism.reach._of_modes import Held
 from tests.experiment import modal_bars

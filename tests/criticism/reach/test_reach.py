@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.criticism.missing.ledger import Ledger
 from bayes_placement.criticism.reach import _named_laws, _ports

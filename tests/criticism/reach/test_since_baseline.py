@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from bayes_placement.criticism.missing._before_and_after import state_of
 from bayes_placement.criticism.reach._channels import channels_of, free_factor
 from bayes_placement.criticism.reach._free_factor import Responses

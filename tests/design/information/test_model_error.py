@@ -6,7 +6,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import information
-from bayes_placement._types import InfeasibleError
+from bayes_placement._shared.errors import InfeasibleError
 from bayes_placement.design.information._prior_knowledge import prior_knowledge
 from models import bar
 

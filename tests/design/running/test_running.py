@@ -15,7 +15,8 @@ import pytest
 from threadpoolctl import threadpool_info
 
 import bayes_placement as bp
-from bayes_placement import _processes, information
+from bayes_placement import information
+from bayes_placement._shared import processes as _processes
 from bayes_placement.design.information.estimator import Estimator
 from bayes_placement.design.running import _dispatch, _store, executors
 from bayes_placement.design.running import chunks as chunking

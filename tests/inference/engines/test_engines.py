@@ -9,7 +9,7 @@ import pytest
 from scipy.special import gammaln
 
 from bayes_placement import engines
-from bayes_placement._types import no_progress
+from bayes_placement._shared.progress import no_progress
 from bayes_placement.inference.engines import nuts
 from bayes_placement.inference.engines.importance import pareto_k
 from bayes_placement.inference.engines.smc import _start, evidence_error

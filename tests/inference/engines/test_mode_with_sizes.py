@@ -5,8 +5,8 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
-from bayes_placement._types import InfeasibleError
+from bayes_placement._shared.compiled import compiled
+from bayes_placement._shared.errors import InfeasibleError
 from tests.criticism.small import LINES, TRUTH, experiment
 
 SIZE = "model_error.frequency.size"

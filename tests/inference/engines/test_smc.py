@@ -10,7 +10,7 @@ from arviz_stats.base import array_stats
 from scipy.special import gammaln, logsumexp
 
 from bayes_placement import engines
-from bayes_placement._types import no_progress
+from bayes_placement._shared.progress import no_progress
 from bayes_placement.inference.unconstrained import UnconstrainedModel
 
 MANY = 30

@@ -13,7 +13,7 @@ from nptdms import ChannelObject, TdmsWriter
 from scipy.io import wavfile
 
 import bayes_placement as bp
-from bayes_placement._types import MissingExtraError
+from bayes_placement._shared.errors import MissingExtraError
 from bayes_placement.io.time_records import Signal, read
 
 RATE = 2048.0

@@ -7,7 +7,7 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._compiled import compiled
+from bayes_placement._shared.compiled import compiled
 from tests.io.time_records.oscillator import (
     DAMPING,
     NATURAL,

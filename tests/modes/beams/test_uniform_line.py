@@ -9,7 +9,7 @@ import numpyro.distributions as dist
 import pytest
 
 from bayes_placement import beams
-from bayes_placement._sites import substitute
+from bayes_placement._shared.sites import substitute
 
 LENGTH, AREA, MOMENT, STIFFNESS, DENSITY = 1.7, 2e-3, 3e-7, 7e10, 2700.0
 BAR = {"length": LENGTH, "area": AREA, "youngs_modulus": STIFFNESS, "density": DENSITY}

@@ -12,7 +12,7 @@ from numpyro.infer.util import log_density
 
 import bayes_placement as bp
 from bayes_placement import finite_elements
-from bayes_placement._sites import substitute, unknowns
+from bayes_placement._shared.sites import substitute, unknowns
 from bayes_placement.experiment import frf
 from bayes_placement.modes.finite_elements import _part_factors
 from bayes_placement.modes.points import Points

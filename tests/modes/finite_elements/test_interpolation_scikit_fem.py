@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from bayes_placement.modes.finite_elements import interpolation
 from tests.simulator.element_models import slopes, weights
 

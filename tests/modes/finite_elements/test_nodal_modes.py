@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 import bayes_placement as bp
 from bayes_placement import finite_elements
-from bayes_placement._sites import unknowns
+from bayes_placement._shared.sites import unknowns
 from bayes_placement.experiment import frf
 from bayes_placement.modes.finite_elements import modes_from_shapes
 from bayes_placement.modes.finite_elements.nodal_modes import UnknownModes, nodal_of

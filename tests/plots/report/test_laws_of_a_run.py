@@ -11,7 +11,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import bayes_placement as bp
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from bayes_placement.cli._reach import draw_reach, write_reach
 from bayes_placement.plots.report import Report, write_report
 from bayes_placement.plots.report._saved import Saved

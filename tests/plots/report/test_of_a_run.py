@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 import bayes_placement as bp
-from bayes_placement._types import InputError
+from bayes_placement._shared.errors import InputError
 from bayes_placement.cli.app import app
 from bayes_placement.io import model as model_files
 from bayes_placement.plots.report import SECTIONS, Report, write_report

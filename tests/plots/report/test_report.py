@@ -15,7 +15,7 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-import bayes_placement as bp
+from bayes_placement._shared.errors import InputError
 from bayes_placement.page import standalone
 from bayes_placement.page.frames import packed
 from bayes_placement.page.standalone import kept_frames
@@ -165,7 +165,7 @@ def test_names_of_any_origin_stay_text(tmp_path):
     ],
 )
 def test_figures_that_could_do_anything_are_refused(svg, words):
-    with pytest.raises(bp._types.InputError, match=words):
+    with pytest.raises(InputError, match=words):
         Report().add_figure(svg)
 
 
@@ -185,18 +185,18 @@ def test_a_photograph_becomes_a_part_of_the_page(name, tmp_path):
     assert kind == ("data:image/png" if name.endswith("png") else "data:image/jpeg")
     assert base64.b64decode(content) == start + b"pixels"
     (tmp_path / name).write_bytes(start + bytes(5_000_000))
-    with pytest.raises(bp._types.InputError, match="a PNG or JPEG of at most 5000000 bytes"):
+    with pytest.raises(InputError, match="a PNG or JPEG of at most 5000000 bytes"):
         embedded(tmp_path / name)
 
 
 def test_what_is_no_photograph_is_refused(tmp_path):
     (tmp_path / "a.png").write_text("<svg onload='alert(1)'/>")
-    with pytest.raises(bp._types.InputError, match=r"a PNG or JPEG .*--photo"):
+    with pytest.raises(InputError, match=r"a PNG or JPEG .*--photo"):
         embedded(tmp_path / "a.png")
     with pytest.raises(FileNotFoundError, match="There is no photograph"):
         embedded(tmp_path / "b.png")
     for address in ("https://a.b/c.png", 'data:image/png;base64,AA" onload="x', "data:text/html,a"):
-        with pytest.raises(bp._types.InputError, match="a page loads nothing"):
+        with pytest.raises(InputError, match="a page loads nothing"):
             Report(photo=address)
 
 

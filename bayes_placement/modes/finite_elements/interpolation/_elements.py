@@ -10,7 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from ...._types import InputError, arguments_checked
+from ...._shared.arguments import arguments_checked
+from ...._shared.errors import InputError
 from ._interpolation import Interpolation, NodalModel, Reading, element_rows, part_at, reachable
 
 Exponents = tuple[tuple[int, ...], ...]

@@ -4,7 +4,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy import sparse
 
-from ...._types import InputError, arguments_checked
+from ...._shared.arguments import arguments_checked
+from ...._shared.errors import InputError
 from ._elements import HERMITE, Elements, all_exponents, build_elements
 from ._interpolation import NodalModel, element_rows
 

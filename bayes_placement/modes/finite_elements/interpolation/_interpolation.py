@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int, Shaped
 from scipy.spatial import KDTree
 
-from .... import _types  # noqa: F401  double precision, before the first array is made
-from ...._types import InputError
-from ....positions.reprs import with_short_repr
+from ...._shared import precision  # noqa: F401  double precision, before the first array is made
+from ...._shared.errors import InputError
+from ...._shared.reprs import with_short_repr
 
 Point = Float[Array, "3"]
 Corners = Int[np.ndarray, "element corner"]

@@ -9,7 +9,8 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 from scipy.spatial import KDTree
 
-from ...._types import InputError, arguments_checked
+from ...._shared.arguments import arguments_checked
+from ...._shared.errors import InputError
 from ._elements import all_exponents, monomials
 from ._interpolation import Interpolation, NodalModel, Reading, part_at, reachable, rows_of
 
@@ -304,7 +305,7 @@ def _eliminated(matrix: Moments, right: Terms) -> Terms:
     """Solution by elimination without pivots.
 
     Not by LAPACK, whose calls for a batch of each of several transducers can wait for each other
-    forever, see `_types.LEAST_THREADS`.
+    forever, see `_shared.precision`.
     """
     rows = jnp.concatenate([matrix, right[:, None]], axis=1)
     for pivot in range(len(right)):

@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ...._types import InputError, MissingExtraError, arguments_checked
+from ...._shared.arguments import arguments_checked
+from ...._shared.errors import InputError, MissingExtraError
 from ._elements import Elements, all_exponents, build_elements, reference_corners
 
 Points = Float[np.ndarray, "point local"]

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.sparse import csc_array
 
-from ....positions.reprs import with_short_repr
+from ...._shared.reprs import with_short_repr
 
 CORNERS = 6  # factors, up to which every corner of the box is a sample
 

@@ -9,7 +9,7 @@ from scipy.linalg import eigh, null_space
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from ...._types import InputError, NumericalError
+from ...._shared.errors import InputError, NumericalError
 from ._static_flexibility import StaticFlexibility, with_sign
 from ._symmetric_factor import factorised, start_vector
 

@@ -10,8 +10,8 @@ from jaxtyping import Complex, Float, Int
 from numpy.typing import ArrayLike
 from scipy.sparse import csc_array
 
-from ...._types import arguments_checked
-from ....positions.reprs import noun_html
+from ...._shared.arguments import arguments_checked
+from ...._shared.reprs import noun_html
 from ..modal_model import ModalModel
 from . import _dynamic_stiffness as dynamic_stiffness
 from . import _eigenmodes as eigenmodes

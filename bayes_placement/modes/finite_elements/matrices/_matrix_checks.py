@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csc_array, diags_array, issparse
 from scipy.sparse.linalg import ArpackNoConvergence, eigsh
 
-from ...._types import InputError, check_annotated
+from ...._shared.arguments import check_annotated
+from ...._shared.errors import InputError
 from .._modal_model_checks import checked_dof, checked_node, checked_position
 from ..modal_model import DIRECTIONS
 from ._affine import Affine

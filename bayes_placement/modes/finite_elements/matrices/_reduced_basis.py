@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.linalg import eigh
 
-from ...._types import InputError
+from ...._shared.errors import InputError
 from . import _eigenmodes as eigenmodes
 from ._affine import Affine, Factors
 from ._eigenmodes import Eigenmodes

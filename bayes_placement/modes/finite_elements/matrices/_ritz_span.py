@@ -7,7 +7,7 @@ from jaxtyping import Float
 from scipy.linalg import eigh
 from scipy.sparse import csc_array
 
-from ...._types import InputError
+from ...._shared.errors import InputError
 from ._affine import Affine, Factors, scaled
 from ._static_flexibility import StaticFlexibility
 

@@ -7,7 +7,7 @@ from jaxtyping import Float, Int
 from scipy.linalg import cholesky, solve_triangular
 from scipy.sparse import csc_array
 
-from ...._types import InputError
+from ...._shared.errors import InputError
 from . import _rigid_body as rigid_body
 from ._symmetric_factor import SymmetricFactor, blocks, factorised
 

@@ -16,7 +16,8 @@ from rich.progress import (
 from rich.progress import Progress as Bars
 from rich.text import Text
 
-from ..._types import Progress, arguments_checked, no_progress
+Progress = Callable[[float], None]
+"""Called with the share of the work that is done, from 0 to 1."""
 
 WIDTH_OF_A_FILE = 140
 """Columns of what is written to a file or a pipe, so that a row of a table stays on one line."""
@@ -26,6 +27,10 @@ BETWEEN_LINES = 10.0
 
 LEAST_SHARE = 0.02
 """Share done below which no time left is stated: most of what was spent is compilation."""
+
+
+def no_progress(share: float) -> None:
+    """Report nothing."""
 
 
 def terminal_console() -> Console:
@@ -59,25 +64,6 @@ def progress_bars(console: Console, tasks: Sequence[str]) -> Iterator[Callable[[
         shown.finish()
 
 
-@arguments_checked
-@contextmanager
-def progress_bar(task: str = "computed") -> Iterator[Progress]:
-    """Show a bar with the time left; a context manager, for `progress=` of any function.
-
-    Parameters
-    ----------
-    task
-        Text before the bar.
-
-    Examples
-    --------
-    >>> with bp.design.progress_bar("places") as progress:
-    ...     learnt = bp.information_map(experiment, places, estimator=estimator, progress=progress)
-    """
-    with progress_bars(progress_console(), [task]) as begin:
-        yield begin(task)
-
-
 @contextmanager
 def shown(progress: Progress | None, task: str) -> Iterator[Progress]:
     """Report to what the caller gives, or else to a bar where somebody looks at one."""
@@ -85,8 +71,8 @@ def shown(progress: Progress | None, task: str) -> Iterator[Progress]:
     if progress is not None:
         yield progress
     elif console.is_terminal or console.is_jupyter:
-        with progress_bar(task) as report:
-            yield report
+        with progress_bars(console, [task]) as begin:
+            yield begin(task)
     else:
         yield no_progress
 

@@ -12,8 +12,8 @@ import numpy as np
 import pandas as pd
 from numpyro.distributions import Distribution
 
-from .._ranges import described
-from .._sites import Role, Unknown, stated_unit, unknowns
+from .ranges import described
+from .sites import Role, Unknown, stated_unit, unknowns
 
 PRIOR_HEADINGS = ("unknown", "prior", "unit", "role")
 """Headings of a table of priors."""

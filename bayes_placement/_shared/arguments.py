@@ -1,89 +1,22 @@
-"""Dimension words of every annotation, the working precision, and our own errors."""
+"""Checks of what a public function was given, by its annotations and by hand."""
 
 import dataclasses
 import functools
 import inspect
-import os
-import traceback
 import types
-import warnings
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeVar, Union, cast, get_args, get_origin
 
 import jax
 import numpy as np
-from jaxtyping import Array, Complex, Float
+from jaxtyping import Array
 from numpy.typing import ArrayLike
 from numpyro.distributions import Distribution
 
-LEAST_THREADS = 32
-"""Least number of threads of JAX, unless it has a single one."""
-
-# Linear algebra of a batch waits for threads of JAX while it holds one. As many such calls at once
-# as there are threads wait for each other forever (jaxlib 0.10, ParallelBatchMap): on a machine of
-# two cores two are enough, and each of `MOST_AT_ONCE` calls has some. Threads that wait cost a few
-# percent, a single one a seventh. JAX reads this when it computes first.
-os.environ.setdefault("PJRT_NPROC", str(max(LEAST_THREADS, os.cpu_count() or 1)))
-
-# Response amplitudes span many decades and posteriors are narrow: single precision loses both.
-jax.config.update("jax_enable_x64", True)
+from .dimensions import Parameter
+from .errors import InputError
 
 Function = TypeVar("Function", bound=Callable[..., Any])
-
-Parameter = float | int | Array | np.ndarray | Distribution
-"""A number, an array, or a distribution where the number is not known."""
-
-Shapes = Float[Array, "channel mode"]
-Spectrum = Float[np.ndarray, "frequency"]
-ComplexSpectrum = Complex[np.ndarray, "frequency"]
-Receptance = Complex[Array, "sensor actuator *force_level frequency"]
-Response = Float[Array, "sensor actuator *level_and_part frequency"]
-Key = Any
-Progress = Callable[[float], None]
-"""Called with the share of the work that is done, from 0 to 1."""
-
-
-class PackageError(Exception):
-    """An error that this package raises: its sentence says all that a user needs."""
-
-
-class InputError(PackageError, ValueError):
-    """What was given, what is needed, why, and the line that fixes it."""
-
-
-class UsageError(InputError):
-    """A command that was typed wrongly, whatever the model and the data are."""
-
-
-class InfeasibleError(InputError):
-    """A method that cannot treat this experiment, where another one can."""
-
-
-class MissingExtraError(PackageError, ImportError):
-    """A library that is not installed, and the extra of this package that brings it."""
-
-
-class NumericalError(PackageError, ArithmeticError):
-    """A factorisation or an iteration whose result cannot be trusted."""
-
-
-class WritingError(PackageError, OSError):
-    """A file that the system does not let be written."""
-
-
-class WorkerError(PackageError, RuntimeError):
-    """A worker process that was lost, or that cannot read what it was sent."""
-
-
-def warn(sentence: str, category: type[Warning] = UserWarning) -> None:
-    """Warn of something, at the line that called this package."""
-    callers = [frame for frame, _ in traceback.walk_stack(inspect.currentframe())]
-    inside = [_is_ours(frame) for frame in callers]
-    warnings.warn(sentence, category, stacklevel=len(callers) - inside[::-1].index(True) + 1)
-
-
-def _is_ours(frame: types.FrameType) -> bool:
-    return str(frame.f_globals.get("__name__")).split(".")[0] == __package__
 
 
 def check_kind(
@@ -129,10 +62,6 @@ def shown(value: Any) -> str:
     if isinstance(value, list | tuple | dict | set):
         return f"{type(value).__name__} of {len(value)}"
     return f"an object of {type(value).__name__}"
-
-
-def no_progress(share: float) -> None:
-    """Report nothing."""
 
 
 class _Kind(NamedTuple):

@@ -6,11 +6,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import pandas as pd
+from .errors import WritingError
 
-from ._types import WritingError
+if TYPE_CHECKING:
+    import pandas as pd
 
 try:
     import fcntl
@@ -131,7 +132,7 @@ def write_json(path: str | Path, content: Any) -> Path:
     )
 
 
-def write_csv(path: str | Path | None, table: pd.DataFrame, **settings: Any) -> str:
+def write_csv(path: str | Path | None, table: "pd.DataFrame", **settings: Any) -> str:
     """Write a table as CSV in which no text is a formula for spreadsheets; return the text.
 
     A text that begins as a formula does and is no number begins with an apostrophe. Settings are

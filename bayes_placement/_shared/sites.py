@@ -11,8 +11,9 @@ import numpyro
 from jax.tree_util import DictKey, GetAttrKey, SequenceKey
 from numpyro.distributions import Distribution
 
-from ._ranges import Range
-from ._types import InputError, check_kind
+from .arguments import check_kind
+from .errors import InputError
+from .ranges import Range
 
 Tree = TypeVar("Tree")
 

@@ -19,7 +19,7 @@ from numpyro.distributions import (
 from numpyro.distributions.transforms import AffineTransform, ExpTransform, ParameterFreeTransform
 from scipy.special import ndtr, ndtri
 
-from ._compiled import compiled
+from .compiled import compiled
 
 IMPOSSIBLE = 1e-6
 """Probability that a prior may give to values that cannot be."""
