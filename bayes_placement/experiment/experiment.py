@@ -218,9 +218,8 @@ class Experiment(eqx.Module):
     def unknowns_of(self, effect: Effect) -> list[Unknown]:
         """Unknowns that belong to one of the effects."""
         check_annotated("effect", effect, Effect)
-        on_instruments = isinstance(effect, InstrumentEffect)
-        owner = Owner("instrument_effects" if on_instruments else "effects", effect.name)
-        return [unknown for unknown in self.unknowns if unknown.owner == owner]
+        kind = "instrument_effects" if isinstance(effect, InstrumentEffect) else "effects"
+        return [each for each in self.unknowns if each.owner == Owner(kind, effect.name)]
 
     @property
     def sensor_channels(self) -> tuple[Channel, ...]:
