@@ -16,8 +16,8 @@ from scipy.special import eval_jacobi
 
 from tests.simulator.fine_elements import NOTHING, Effect
 
-ORDER = 20
-"""Polynomials along each side."""
+ORDER, FINE = 20, 36
+"""Polynomials along each side; enough of them also between places a twentieth of it apart."""
 
 POWER = {"free": 0, "supported": 1, "clamped": 2}
 
@@ -41,6 +41,7 @@ class Plate:
     pieces: tuple[float, ...] = ()  # factors of the rigidity of the patches, along x first
     masses: tuple[tuple[Place, float], ...] = ()  # place [m], mass [kg]
     damping_factors: tuple[float, ...] = ()  # of the lowest modes; 1 for further ones
+    order: int = ORDER  # polynomials along each side
 
     @property
     def mass(self) -> float:
@@ -67,7 +68,7 @@ class Side:
 
     def products(self, pieces: int) -> dict[tuple[int, int], np.ndarray]:
         """Integrals of products of derivatives over pieces, [piece, function, function]."""
-        points, weights = legendre.leggauss(ORDER + 4)
+        points, weights = legendre.leggauss(len(self.series) + 4)
         size = self.length / pieces
         places = size * (np.arange(pieces)[:, None] + (1 + points) / 2)
         rows = [self.values(places, order) for order in range(3)]
@@ -80,15 +81,15 @@ class Side:
 
 
 @lru_cache(maxsize=16)
-def side(length: float, ends: str) -> Side:
+def side(length: float, ends: str, order: int) -> Side:
     left, right = (POWER[end] for end in ends.split("-"))
-    points, weights = legendre.leggauss(ORDER + 4)
+    points, weights = legendre.leggauss(order + 4)
     edge = (1 + points) ** left * (1 - points) ** right
     values = np.stack(
-        [edge * eval_jacobi(degree, 2 * right, 2 * left, points) for degree in range(ORDER)], axis=1
+        [edge * eval_jacobi(degree, 2 * right, 2 * left, points) for degree in range(order)], axis=1
     )
     values /= np.sqrt(weights @ values**2 / 2)
-    last = ORDER - 1 + left + right
+    last = order - 1 + left + right
     basis = legendre.legvander(points, last)
     series = (np.arange(last + 1)[:, None] + 0.5) * (basis.T * weights @ values)
     return Side(length, series)
@@ -111,7 +112,8 @@ class PlatePlant:
 def products(along: Side, across: Side, positions: Sequence[Place]) -> np.ndarray:
     """All products of polynomials at positions [m], of shape (position, product)."""
     x, y = np.array(positions, dtype=float).reshape(-1, 2).T
-    return (along.values(x)[:, :, None] * across.values(y)[:, None, :]).reshape(x.size, ORDER**2)
+    each = along.values(x)[:, :, None] * across.values(y)[:, None, :]
+    return each.reshape(x.size, along.series.shape[1] * across.series.shape[1])
 
 
 def stiffness(plate: Plate, along: Side, across: Side, factors: np.ndarray) -> np.ndarray:
@@ -132,20 +134,30 @@ def stiffness(plate: Plate, along: Side, across: Side, factors: np.ndarray) -> n
 
 
 def plate_plant(plate: Plate, hidden: Effect = NOTHING) -> PlatePlant:
-    """Modes of the plate proper: with its weak patch, nothing attached."""
+    """Modes of the plate proper: with its weak patch, nothing attached; scaled from a unit one."""
     softening = hidden if hidden.name == "local_stiffness_loss" else NOTHING
-    return _plant(replace(plate, damping_ratio=0.0, damping_factors=()), softening)
+    unit = replace(
+        plate, damping_ratio=0.0, damping_factors=(), youngs_modulus=1.0, density=1.0, masses=()
+    )
+    weight = unit.mass / plate.mass
+    shares = tuple((place, mass * weight) for place, mass in plate.masses)
+    plant = _plant(replace(unit, masses=shares), softening)
+    squared = plate.rigidity / unit.rigidity * weight
+    return replace(
+        plant, natural=plant.natural * np.sqrt(squared), shapes=plant.shapes * np.sqrt(weight)
+    )
 
 
 @lru_cache(maxsize=32)
 def _plant(plate: Plate, hidden: Effect) -> PlatePlant:
-    along, across = side(plate.length, plate.ends), side(plate.width, plate.sides)
+    along = side(plate.length, plate.ends, plate.order)
+    across = side(plate.width, plate.sides, plate.order)
     count = plate.grid[0] * plate.grid[1]
     factors = np.array(plate.pieces or (1.0,) * count)
     if hidden is not NOTHING:
         factors[hidden["region"]] *= 1 - hidden["loss"]
     patches = factors.reshape(plate.grid[::-1]).T
-    mass = plate.mass * np.eye(ORDER**2)
+    mass = plate.mass * np.eye(plate.order**2)
     rows = products(along, across, [place for place, _ in plate.masses])
     mass += rows.T * np.array([weight for _, weight in plate.masses]) @ rows
     squares, shapes = scipy.linalg.eigh(stiffness(plate, along, across, patches), mass)

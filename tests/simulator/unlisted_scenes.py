@@ -14,7 +14,7 @@ from tests.simulator.hidden_scenes import COARSE, log_uniform
 from tests.simulator.hidden_structures import Instrument, deviation
 from tests.simulator.imperfect_scenes import NO_FLAWS, Sizes, Structure, elastic, mounted
 from tests.simulator.nominal_fits import Fit, NominalFit
-from tests.simulator.ritz_plates import Plate
+from tests.simulator.ritz_plates import FINE, Plate
 
 ENDS = {
     "bar": ("bar", "fixed-fixed"),
@@ -138,6 +138,7 @@ def plate(generator: np.random.Generator) -> Plate:
         density=density,
         damping_ratio=log_uniform(generator, 0.008, 0.02),
         poisson_ratio=poisson_ratio,
+        order=FINE,
     )
 
 
