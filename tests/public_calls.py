@@ -890,6 +890,12 @@ def calls_of_effects():
     share = number(1.0)
     side = word("sensor", "empty")
     channel = of("count", 1, "nothing", "zero", "negative", much=9)
+    filtered = {
+        "transducer": of("name", "s1", "nothing"),
+        "order": count(1, much=3),
+        "side": side,
+        "direction": channel,
+    }
     sensor = name("s1")
     actuator = name("a1")
     ratio = number(0.1, negative=-0.1)
@@ -961,16 +967,8 @@ def calls_of_effects():
             added,
             {"transducer": sensor, "drift": number(0.01), "side": side, "direction": channel},
         ),
-        "low_pass": (
-            added,
-            {
-                "transducer": of("name", "s1", "nothing"),
-                "frequency": positive(900.0),
-                "order": count(1, much=3),
-                "side": side,
-                "direction": channel,
-            },
-        ),
+        "low_pass": (added, {**filtered, "frequency": positive(900.0)}),
+        "high_pass": (added, {**filtered, "frequency": number(20.0)}),
         "phase_drift": (
             added,
             {

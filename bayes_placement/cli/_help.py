@@ -23,7 +23,7 @@ GROUPS = {
     "supports": "compliant_support soft_support",
     "sensors and actuators": "gain_error misplaced_sensor misplaced_actuator reversed_sensor "
     "reversed_channel swapped_sensors swapped_actuators sensor_mass actuator_mass stinger "
-    "mount_resonance low_pass channel_delay cross_axis",
+    "mount_resonance low_pass high_pass channel_delay cross_axis",
     "record": "time_delay exponential_window frequency_drift frequency_scale phase_drift mains_hum",
 }
 """Names of effects by what they are part of."""

@@ -48,8 +48,8 @@ class InstrumentEffect(Effect):
     ['residual_modes', 'sensor_mass', 'actuator_mass', 'stinger', 'exponential_window',
     'time_delay', 'channel_delay', 'gain_error', 'mount_resonance', 'misplaced_sensor',
     'misplaced_actuator', 'reversed_sensor', 'reversed_channel', 'swapped_sensors',
-    'swapped_actuators', 'frequency_drift', 'low_pass', 'phase_drift', 'cross_axis',
-    'frequency_scale', 'mains_hum']
+    'swapped_actuators', 'frequency_drift', 'low_pass', 'high_pass', 'phase_drift',
+    'cross_axis', 'frequency_scale', 'mains_hum']
     """
 
     acts_on: ClassVar[str] = "channel"

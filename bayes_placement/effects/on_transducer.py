@@ -34,7 +34,7 @@ class OnTransducer(InstrumentEffect):
     >>> kinds = bp.effects.EFFECTS.items()
     >>> [name for name, kind in kinds if issubclass(kind, bp.effects.OnTransducer)]
     ['channel_delay', 'gain_error', 'reversed_channel', 'frequency_drift', 'low_pass',
-    'phase_drift', 'mains_hum']
+    'high_pass', 'phase_drift', 'mains_hum']
     """
 
     transducer: eqx.AbstractVar[Number | None]

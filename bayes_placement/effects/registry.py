@@ -44,6 +44,7 @@ from .damping_layer import DampingLayer as damping_layer
 from .maxwell_mount import MaxwellMount as maxwell_mount
 from .fractional_mount import FractionalMount as fractional_mount
 from .low_pass import LowPass as low_pass
+from .high_pass import HighPass as high_pass
 from .phase_drift import PhaseDrift as phase_drift
 from .cross_axis import CrossAxis as cross_axis
 from .frequency_scale import FrequencyScale as frequency_scale

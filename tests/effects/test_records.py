@@ -24,7 +24,7 @@ from tests.effects.test_on_transducers import (
     frf,
 )
 
-NEW = ["low_pass", "phase_drift", "cross_axis", "frequency_scale", "mains_hum"]
+NEW = ["low_pass", "high_pass", "phase_drift", "cross_axis", "frequency_scale", "mains_hum"]
 
 
 @pytest.fixture(scope="module")
@@ -38,22 +38,25 @@ def over(response, plain):
 
 
 def test_few_of_them_are_tried_unless_they_are_named():
-    by_default = {"low_pass", "frequency_scale"}  # commonly forgotten
+    by_default = {"low_pass", "high_pass", "frequency_scale"}  # commonly forgotten
     assert set(NEW) & set(effects.library(experiment()).kinds) == by_default
-    assert set(effects.library(models_in_space.frame().experiment(), NEW).kinds) >= {*NEW[:4]}
+    assert set(effects.library(models_in_space.frame().experiment(), NEW).kinds) >= {*NEW[:5]}
 
 
 # ------------------------------------------------------------------------------ filters
 
 
 @pytest.mark.parametrize("order", [1, 2])
-def test_a_low_pass_is_that_of_butterworth(order, plain):
-    corner = 130.0
-    _, gain = signal.freqs(*signal.butter(order, 2 * np.pi * corner, analog=True), worN=OMEGA)
-    factor = over(frf(experiment() + effects.low_pass("s2", corner, order)), plain)
+@pytest.mark.parametrize("kind", ["low_pass", "high_pass"])
+def test_filters_are_those_of_butterworth(kind, order, plain):
+    corner, to_pass = 130.0, kind.replace("_", "")
+    filters = signal.butter(order, 2 * np.pi * corner, to_pass, analog=True)
+    _, gain = signal.freqs(*filters, worN=OMEGA)
+    filtered = effects.EFFECTS[kind]
+    factor = over(frf(experiment() + filtered("s2", corner, order)), plain)
     assert_allclose(factor[1], np.tile(gain, (2, 1)), rtol=1e-12)
     assert_allclose(factor[0], 1.0, rtol=1e-14)
-    factor = over(frf(experiment() + effects.low_pass(None, corner, order)), plain)
+    factor = over(frf(experiment() + filtered(None, corner, order)), plain)
     assert_allclose(factor, np.tile(gain, (2, 2, 1)), rtol=1e-12)
 
 
@@ -73,8 +76,9 @@ def test_a_filter_in_all_sensors_has_no_place():
         experiment() + effects.low_pass(None, 130.0, direction=3)
 
 
-def test_filters_are_suggested_for_all_sensors_and_each_transducer():
-    settings = [(effect.transducer, effect.order) for effect in suggested("low_pass")]
+@pytest.mark.parametrize("kind", ["low_pass", "high_pass"])
+def test_filters_are_suggested_for_all_sensors_and_each_transducer(kind):
+    settings = [(effect.transducer, effect.order) for effect in suggested(kind)]
     names = [None, "s1", "s2", "a1", "a2"]
     assert settings == [(name, order) for name in names for order in (1, 2)]
 

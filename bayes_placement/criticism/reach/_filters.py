@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Complex, Float, Int
 
-from ...effects.low_pass import loss_of_order
+from ...effects.butterworth import loss_of_order
 from ...effects.mount_resonance import excess
 from ...inference.engines.least_squares import STEP
 from ...laws.catalogue import leaves

@@ -266,6 +266,7 @@ def test_filters_are_the_effects_of_the_library(side):
     effects = {
         "low-pass": (bp.effects.low_pass("x", frequency=300.0, side=side), (300.0,)),
         "low-pass-2": (bp.effects.low_pass("x", frequency=300.0, order=2, side=side), (300.0,)),
+        "high-pass": (bp.effects.high_pass("x", frequency=300.0, side=side), (300.0,)),
         "gain": (bp.effects.gain_error("x", error=-0.2, side=side), (0.8,)),
         "delay": (bp.effects.channel_delay("x", delay=1e-4, side=side), (1e-4,)),
         "reversed": (bp.effects.reversed_channel("x", side=side), ()),
