@@ -15,6 +15,7 @@ from ...inference.residuals_of_state import State
 from ._before_and_after import compared_with_baseline, fitted_baseline, refitted_effects, state_of
 from ._hypotheses import Hypothesis, null_hypothesis
 from ._model_error_choice import Answer, Question, answered, deepened, deeper
+from ._mounts import on_mounts
 from ._networks import priors_of_networks
 from ._posterior_odds import explains, passes
 from ._rows import row_with_sizes
@@ -90,10 +91,11 @@ def _completed(question: Question, state: State, tick: Tick) -> Hypothesis | Non
     for depth in range(1, most + 1):
         best = [each for each in comparison.distinct() if len(each.effects) == depth]
         best = best[: ALL.branches]
-        fitted = best if question.errors is None else alone.fits.with_errors(*best)
-        explaining = [each for each in fitted if _is_explained(each, question)]
-        if explaining:
-            return max(explaining, key=comparison.log_odds)
+        for tried in (best, on_mounts(best, comparison.of(()))):
+            fitted = tried if question.errors is None else alone.fits.with_errors(*tried)
+            explaining = [each for each in fitted if _is_explained(each, question)]
+            if explaining:
+                return max(explaining, key=comparison.log_odds)
         if best and depth < most:
             comparison = deeper(alone, comparison, depth, ALL, tick)
     return None

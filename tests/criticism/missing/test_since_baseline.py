@@ -45,6 +45,16 @@ def test_nothing_is_new_where_nothing_came(before):
     assert ledger.verdict == () and ledger.baseline.effects == ("point_mass",)
 
 
+def test_a_spring_that_was_forgotten_has_a_loss():
+    """As real ones do: a spring without one leaves the baseline unexplained."""
+    rubber = effects.attached(0.62, effects.LossySpring(8e6, 0.12))
+    ledger = improved(measured(rubber, MASS, seed=2), measured(rubber, seed=1))
+    assert ledger.verdict == ("point_mass",) and ledger.baseline.effects == ("ground_spring",)
+    assert ledger.baseline.chi2_per_datum < 1.3
+    estimates = ledger.steps[-1].estimates_of("ground_spring")
+    assert 0.1 < estimates["law.loss_factor"].mean < 0.14
+
+
 @pytest.mark.long
 def test_a_model_error_stays_beside_what_completes(before):
     ledger = improved(measured(FORGOTTEN, SPRING, seed=2), before, bp.model_error.Modal())
