@@ -36,7 +36,13 @@ from ._posterior_odds import (
 from ._rows import row_with_sizes
 from ._scanned_candidates import Tick
 from ._screen import worth_fitting
-from ._search import NARROW, VARIANTS_WITH_ERRORS, Breadth, one_more_effect
+from ._search import (
+    NARROW,
+    VARIANTS_WITH_ERRORS,
+    Breadth,
+    one_more_effect,
+    with_listed_replaced,
+)
 from ._shared_fits import SharedFits, shared_fits
 from ._weighed import Weighed
 from .decide import Decision, predicts_better, stands_out
@@ -232,7 +238,7 @@ def deeper(
     # the root of a cantilever stands for one against rotation.
     if laws is not None:
         comparison = with_networks(comparison, laws)
-    return with_other_laws(comparison, tick, laws)
+    return with_listed_replaced(with_other_laws(comparison, tick, laws), tick)
 
 
 def _deepened_with_errors(

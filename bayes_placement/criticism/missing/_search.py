@@ -19,7 +19,7 @@ from ...effects.library import kind_of
 from ...experiment.observe import Complex
 from ...inference.standardised_residual import LOGARITHMIC_ERROR
 from ..reach._left_out import LeftOut
-from ._fitted_candidates import best_variants, extended, fits_of_channels, relocated
+from ._fitted_candidates import best_variants, extended, fits_of_channels, relocated, without
 from ._hypotheses import Hypothesis, logarithmic_jacobian, takes_long
 from ._linear import Linear
 from ._posterior_odds import Comparison, explains
@@ -123,6 +123,20 @@ def one_more_effect(
     few = best[: breadth.relocated]
     moved = dict(zip(few, relocated(few, null, tick), strict=True))
     return deeper._replace(hypotheses=[moved.get(known, known) for known in deeper.hypotheses])
+
+
+def with_listed_replaced(comparison: Comparison, tick: Tick, breadth: Breadth = ALL) -> Comparison:
+    """Replace each listed effect of the best hypothesis by others, where it has a network too.
+
+    It came first, alone, and stood for a part of what the network does: beside that a simpler one
+    may be enough. With a model error, where fits take minutes, it stays.
+    """
+    best, null = comparison.best(), comparison.of(())
+    listed = [effect for effect in best.effects if kind_of(effect) not in comparison.networks]
+    if best.has_errors or not listed or len(listed) == len(best.effects):
+        return comparison
+    rests = [without(best, effect.name, null) for effect in listed]
+    return comparison.with_hypotheses(extended(_pairs(comparison, rests, breadth.kinds), tick))
 
 
 def _branches(comparison: Comparison, depth: int) -> list[Hypothesis]:

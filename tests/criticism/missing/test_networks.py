@@ -19,10 +19,10 @@ from bayes_placement.criticism.missing._networks import (
     with_other_laws,
 )
 from bayes_placement.criticism.missing._posterior_odds import Comparison, p_value
-from bayes_placement.criticism.missing._search import single_effects
+from bayes_placement.criticism.missing._search import single_effects, with_listed_replaced
 from bayes_placement.criticism.reach._named_laws import NamedLaw, log_prior, simplest
 from bayes_placement.criticism.reach._ports import ATTACHED, Port
-from bayes_placement.laws import Dashpot, Mass
+from bayes_placement.laws import Dashpot, Mass, Spring
 from tests.criticism.reach.cantilever import AT, experiment, maxwell, measured
 
 
@@ -174,4 +174,25 @@ def test_beside_a_second_effect_a_network_gives_way_to_a_part_of_it():
     assert with_network.best().kinds == both.kinds
     simpler = with_other_laws(with_network, lambda: None)
     assert simpler.best().kinds == ("point_mass", "point_mass")
+    assert p_value(simpler.best()) > 0.01
+
+
+@pytest.mark.long
+def test_beside_a_network_a_listed_effect_gives_way_to_a_simpler_one():
+    """An absorber that came first is no more than a mass once the mount is known."""
+    setup = experiment()
+    data = setup.data(measured(maxwell, others=[(0.45, lambda w: -0.05 * w**2)]))
+    chosen = library().effects
+    absorber = next(effect for effect in chosen if effect.name == "tuned_absorber")
+    mount = Dashpot(dist.LogUniform(1.0, 1e4)) - Spring(dist.LogUniform(1e2, 1e7))
+    null = null_hypothesis(setup, data)
+    singles = single_effects(null, chosen, lambda: None)._replace(hypotheses=[null])
+    held = bp.effects.attached(dist.Uniform(0.25, 0.31), mount)
+    about = dataclasses.replace(absorber, at=dist.Uniform(0.42, 0.48))
+    (first,) = extended([[(null, held)]], lambda: None)
+    (both,) = extended([[(first, about)]], lambda: None)
+    with_network = singles.with_hypotheses([both], {first.kinds[0]: -3.0})
+    assert with_network.best().kinds == both.kinds
+    simpler = with_listed_replaced(with_network, lambda: None)
+    assert simpler.best().kinds == (*first.kinds, "point_mass")
     assert p_value(simpler.best()) > 0.01
