@@ -36,10 +36,13 @@ def begun(options: Common) -> Iterator["Output"]:
         warnings.filterwarnings(
             "ignore", category=RuntimeWarning, module=r"(?!_model_)", append=True
         )
+        fits = None
         if not options.no_cache:
             from ._compilation_cache import use_compilation_cache
+            from ._user_cache import folder_of_fits
 
             use_compilation_cache()
+            fits = folder_of_fits()
         from .._shared.processes import begin_with_helpers, collect_garbage_rarely
 
         collect_garbage_rarely()
@@ -51,5 +54,5 @@ def begun(options: Common) -> Iterator["Output"]:
         with result_folder(options.model.absolute(), options.command, out) as folder:
             from ._run import Output
 
-            yield Output(folder, options.quiet, options.as_json, options.report)
+            yield Output(folder, options.quiet, options.as_json, options.report, fits)
     gc.freeze()  # or Python looks for garbage among all that it frees at its end anyway

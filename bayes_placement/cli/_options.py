@@ -210,7 +210,8 @@ NoCache = Annotated[
     bool,
     typer.Option(
         "--no-cache",
-        help="Keep no compiled functions for the next run in the user's cache directory.",
+        help="Keep neither compiled functions nor fits for the next run in the user's cache "
+        "directory.",
     ),
 ]
 Traceback = Annotated[
@@ -306,7 +307,8 @@ AllResults = Annotated[
 Clean = Annotated[
     bool,
     typer.Option(
-        "--clean", help="Delete the fits, which a later run makes again. Results and reports stay."
+        "--clean",
+        help="Delete the fits of all models, which a later run makes again. Results stay.",
     ),
 ]
 To = Annotated[

@@ -65,14 +65,30 @@ def result_folder(model: Path, command: str, out: Path | None) -> Iterator[Resul
     command
         Name of the command.
     out
-        The folder that the user names; None for a new one, `results/MODEL/COMMAND-1` and so on.
+        The folder that the user names; None for a new one, `results/MODEL/COMMAND-1` and so on;
+        MODEL is the name of the file, after that of its folder where another file has the same.
     """
-    home = RESULTS.absolute() / model.resolve().stem
+    home = _home(model)
     new = _made_new(home, command) if out is None else _made(out)
     folder = ResultFolder(new[0], home) if out is None else ResultFolder(out, out)
     with _of_one_run(folder, new):
         _check_model(folder.path, model)
         yield folder
+
+
+def _home(model: Path) -> Path:
+    """Folder of a model: its name, after those of folders above it where another has its name."""
+    parts = model.resolve().with_suffix("").parts[1:]
+    names = ("_".join(parts[-count:]) for count in range(1, len(parts) + 1))
+    homes = [RESULTS.absolute() / name for name in names]
+    return next((home for home in homes if not _is_of_another(home, model)), homes[-1])
+
+
+def _is_of_another(home: Path, model: Path) -> bool:
+    """Whether a folder has results of another model file, which is still where it was."""
+    runs = (records(file.parent).values() for file in home.glob(f"*/{RECORD}"))
+    paths = {record["model"]["path"] for each in runs for record in each}
+    return any(Path(path).exists() for path in paths - {source_of(model)["path"]})
 
 
 @contextmanager

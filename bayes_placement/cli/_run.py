@@ -51,6 +51,8 @@ class Run:
         The same, or a folder in it for a part of them.
     shared
         Folder of what the runs of one model share.
+    fits
+        Folder of fits, which all runs share; None where none are kept.
     record
         What it was given, and what it has written so far; the content of `run.json`.
     with_report
@@ -65,6 +67,7 @@ class Run:
     top: Path
     folder: Path
     shared: Path
+    fits: Path | None
     record: dict[str, Any]
     with_report: bool = False
     began: float = field(default_factory=time.perf_counter)
@@ -233,12 +236,15 @@ class Output(NamedTuple):
         See `Screen`.
     report
         Whether the report of the run is written as well.
+    fits
+        See `Run`.
     """
 
     folder: ResultFolder
     quiet: bool = False
     as_json: bool = False
     report: bool = False
+    fits: Path | None = None
 
     @property
     def screen(self) -> Screen:
@@ -281,8 +287,8 @@ class Output(NamedTuple):
             "finished": False,
             "files": [],
         }
-        folder = self.folder.path
-        return Run(command, folder, folder, self.folder.shared, record, self.report)
+        folder, shared = self.folder
+        return Run(command, folder, folder, shared, self.fits, record, self.report)
 
 
 def _plain(value: Any) -> Any:

@@ -10,14 +10,11 @@ from ..inference.cross_check import Method
 from ..inference.engines import MAP
 from ._inputs import Inputs, named_method
 
-FITS = "fits"
-"""Folder of fits, in that of the model."""
-
 
 @contextmanager
 def fits_of_model(inputs: Inputs) -> Iterator[None]:
     """Keep the fits of what follows for later runs, and say how many of earlier runs were taken."""
-    with fits_kept_in(inputs.run.shared / FITS) as fits:
+    with fits_kept_in(inputs.run.fits) as fits:
         yield
     if fits is not None and fits.taken:
         inputs.screen.text(

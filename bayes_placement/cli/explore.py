@@ -41,7 +41,7 @@ def run(request: Request, port: int, browser: bool) -> int:
     """
     inputs, head = _read(request)
     screen, run = inputs.screen, inputs.run
-    given = Given(request.path.stem, head, run.shared, port, _saves(request, inputs))
+    given = Given(request.path.stem, head, run.shared, run.fits, port, _saves(request, inputs))
     baseline = request.earlier(inputs.study)
     explorer = opened(inputs.experiment, inputs.measurement, baseline, given)
     screen.verdict(f"The page is at {explorer.address}")

@@ -1,6 +1,5 @@
 """`bayes-placement results`: what the results of each model are, how old and how large."""
 
-import re
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,11 +8,8 @@ from typing import NamedTuple
 import pandas as pd
 
 from ._result_folder import RECORD, RESULTS
-from ._shared_fits import FITS
 from ._terminal import Screen
-
-FIT = re.compile(r"[0-9a-f]{64}\.npz")
-"""Names of fits, which are hashes; nothing else is deleted."""
+from ._user_cache import cache_home, files_of_fits
 
 DAY, MEGABYTE = 86400.0, 1e6
 
@@ -29,29 +25,23 @@ class Kept(NamedTuple):
         Folders of its runs.
     files
         Files of these runs.
-    fits
-        Files of fits, which a later run makes again where they are missing.
     """
 
     folder: Path
     runs: list[Path]
     files: list[Path]
-    fits: list[Path]
 
     def row(self) -> dict[str, str]:
         """Number of runs, age of the latest in days, and sizes in MB."""
-        latest = max(run.stat().st_mtime for run in self.runs)
         return {
             "runs": str(len(self.runs)),
-            "latest [days]": f"{(time.time() - latest) / DAY:.1f}",
+            "latest [days]": f"{_days_since(max(map(_changed, self.runs))):.1f}",
             "results [MB]": f"{_megabytes(self.files):.1f}",
-            "fits": str(len(self.fits)),
-            "fits [MB]": f"{_megabytes(self.fits):.1f}",
         }
 
 
 def run(folder: Path | None, clean: bool, screen: Screen) -> None:
-    """List the results of each model; delete their fits where that is asked for.
+    """List the results of each model, and the fits of all; delete these where that is asked for.
 
     Parameters
     ----------
@@ -65,20 +55,22 @@ def run(folder: Path | None, clean: bool, screen: Screen) -> None:
     top = RESULTS if folder is None else folder
     kept = list(_kept_in(top))
     table = pd.DataFrame([model.row() for model in kept], [model.folder.name for model in kept])
-    fits = [file for model in kept for file in model.fits]
+    fits = files_of_fits()
+    told = _told(fits)
     if kept:
         screen.table(table, "model")
     else:
         screen.text(f"No results are in {top}/.")
-    size = f"{len(fits)} fits, {_megabytes(fits):.1f} MB"
     if clean:
         for file in fits:
             file.unlink(missing_ok=True)
-    verdict = f"Deleted: {size}." if clean else f"{size}, which --clean deletes; results stay."
+    verdict = f"Deleted: {told}." if clean else f"{told}; --clean deletes them, results stay."
     screen.always(verdict)
     rows = table.rename_axis("model").reset_index().to_dict("records")
     answer = {"command": "results", "finished": True, "verdict": verdict, "exit_code": 0}
-    screen.json({**answer, "files": [], "folder": str(top), "result": {"models": rows}})
+    screen.json(
+        {**answer, "files": [], "folder": str(top), "result": {"models": rows, "fits": len(fits)}}
+    )
 
 
 def _kept_in(top: Path) -> Iterator[Kept]:
@@ -87,8 +79,24 @@ def _kept_in(top: Path) -> Iterator[Kept]:
         runs = [path.parent for path in folder.glob(f"*/{RECORD}")]
         if runs:
             files = [file for run in runs for file in run.rglob("*") if file.is_file()]
-            fits = [file for file in (folder / FITS).glob("*") if FIT.fullmatch(file.name)]
-            yield Kept(folder, runs, files, fits)
+            yield Kept(folder, runs, files)
+
+
+def _told(fits: list[Path]) -> str:
+    """Number, size, age and place of fits."""
+    if not fits:
+        return f"no fits in {cache_home()}"
+    oldest = _days_since(min(map(_changed, fits)))
+    size = f"{len(fits)} fits, {_megabytes(fits):.1f} MB"
+    return f"{size}, the oldest of {oldest:.1f} days, in {cache_home()}"
+
+
+def _changed(path: Path) -> float:
+    return path.stat().st_mtime
+
+
+def _days_since(moment: float) -> float:
+    return (time.time() - moment) / DAY
 
 
 def _megabytes(files: list[Path]) -> float:

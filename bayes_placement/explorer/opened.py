@@ -16,9 +16,6 @@ if TYPE_CHECKING:
     from .server import PageServer
     from .session import Session
 
-FITS = "fits"
-"""Folder of fits in that of a model, which the commands share."""
-
 
 class Given(NamedTuple):
     """What a page is about, besides model and measurement."""
@@ -29,6 +26,8 @@ class Given(NamedTuple):
     """Lines of Python that make experiment and measurement; None where the caller has them."""
     folder: Path | None = None
     """Folder of what is kept, or None."""
+    fits: Path | None = None
+    """Folder of fits, or None."""
     port: int = 0
     """Port, or 0 for a free one."""
     saves: Mapping[str, Callable[["LivePage"], Path]] = MappingProxyType({})
@@ -142,7 +141,7 @@ def explore(
     >>> page.close()
     """
     folder = None if store is None else Path(store)
-    given = Given(folder=folder, port=port)
+    given = Given(folder=folder, fits=folder and folder / "fits", port=port)
     explorer = opened(experiment, measurement, baseline, given)
     if browser:
         webbrowser.open(explorer.address)
@@ -180,8 +179,7 @@ def opened(
     place = None if folder is None else folder / FOLDER
     kept = kept_page(place, experiment, measurement, baseline)
     words = kept.take_up(session)
-    store = None if folder is None else folder / FITS
-    around = Surroundings(given.name, baseline, store, kept, given.saves)
+    around = Surroundings(given.name, baseline, given.fits, kept, given.saves)
 
     def make(send: Any, post: Any) -> LivePage:
         return LivePage(session, around, send, post)

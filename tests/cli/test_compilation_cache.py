@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from bayes_placement.cli import _compilation_cache
+from bayes_placement.cli import _compilation_cache, _user_cache
 from bayes_placement.cli.app import app
 from tests.cli.studies import EXPERIMENT
 
@@ -79,8 +79,8 @@ def test_there_is_no_cache_where_none_is_wanted(monkeypatch, tmp_path):
 
 
 def folder_of(monkeypatch, cache):
-    monkeypatch.setattr(_compilation_cache, "cache_directory", lambda: cache)
-    return _compilation_cache._folder("0.0")
+    monkeypatch.setattr(_user_cache, "cache_directory", lambda: cache)
+    return _user_cache.cache_folder("jax-0.0")
 
 
 def test_a_directory_that_cannot_be_made_is_no_cache(monkeypatch, tmp_path):
@@ -94,7 +94,7 @@ def test_without_a_home_there_is_no_cache(monkeypatch):
 
     monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
     monkeypatch.setattr(Path, "home", homeless)
-    assert _compilation_cache._folder("0.0") is None
+    assert _user_cache.cache_folder("jax-0.0") is None
 
 
 def test_only_its_owner_may_write_what_is_executed(monkeypatch, tmp_path):
@@ -120,7 +120,7 @@ def test_the_cache_directory_is_that_of_the_system(monkeypatch, system, variable
         monkeypatch.setenv(name, value)
     monkeypatch.setattr(sys, "platform", system)
     monkeypatch.setattr(Path, "home", lambda: Path("home"))
-    assert _compilation_cache.cache_directory() == Path(expected)
+    assert _user_cache.cache_directory() == Path(expected)
 
 
 def test_a_cache_that_the_user_has_chosen_is_kept(monkeypatch):
@@ -128,7 +128,9 @@ def test_a_cache_that_the_user_has_chosen_is_kept(monkeypatch):
 
     chosen = jax.config.values["jax_compilation_cache_dir"]
     assert chosen  # by tests/conftest.py
-    monkeypatch.setattr(_compilation_cache, "_folder", lambda version: pytest.fail("not asked for"))
+    monkeypatch.setattr(
+        _compilation_cache, "cache_folder", lambda name: pytest.fail("not asked for")
+    )
     _compilation_cache.use_compilation_cache()
     assert jax.config.values["jax_compilation_cache_dir"] == chosen
 
@@ -138,9 +140,9 @@ def test_old_files_are_deleted(tmp_path):
     old, young = (tmp_path / "jax-0.1" / f"{name}-cache" for name in ("old", "young"))
     for file in (old, young):
         file.write_text("")
-    past = time.time() - _compilation_cache.OLDEST_FILE - 1
+    past = time.time() - _user_cache.OLDEST_FILE - 1
     os.utime(old, (past, past))
-    _compilation_cache._delete_old_files(tmp_path)
+    _user_cache.delete_old_files(tmp_path.glob("*/*-cache"))
     assert young.exists() and not old.exists()
 
 

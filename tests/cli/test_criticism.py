@@ -56,8 +56,9 @@ COMMANDS = {
 }
 
 
-def run(*words):
-    return CliRunner().invoke(app, [*map(str, words)])
+def run(*words, caches=None):
+    environment = {} if caches is None else {"XDG_CACHE_HOME": str(caches)}
+    return CliRunner().invoke(app, [*map(str, words)], env=environment)
 
 
 def written(folder, *text):
@@ -73,7 +74,8 @@ def hidden(tmp_path_factory):
     model = written(folder, MODEL, HIDDEN, MEASUREMENT)
     output = {}
     for command, options in COMMANDS.items():
-        done = run(command, model, *options, "--out", folder / command)
+        caches = folder / f"caches of {command}"
+        done = run(command, model, *options, "--out", folder / command, caches=caches)
         assert done.exit_code == (command == "check"), (done.output, done.exception)
         output[command] = done.output
     return folder, output
@@ -83,7 +85,6 @@ FILES = {
     "check": [
         "discrepancy.png",
         "findings.nc",
-        "fits",
         "measured_against_band.png",
         "misfit.csv",
         "misfit.txt",
@@ -95,7 +96,6 @@ FILES = {
         "explanation.json",
         "explanation.txt",
         "findings.nc",
-        "fits",
         "probabilities.png",
         "run.json",
         "suspicion.csv",
@@ -106,7 +106,6 @@ FILES = {
         "compared.csv",
         "error_falls.png",
         "findings.nc",
-        "fits",
         "ledger.json",
         "ledger.txt",
         "probabilities.png",
@@ -134,16 +133,21 @@ def test_a_run_shows_the_priors_its_progress_and_where_the_results_are(hidden, c
     assert output.splitlines()[-1] == f"Results are in {hidden[0] / command}/"
 
 
+def again(earlier, folder, command, tmp_path):
+    """A run with the fits of an earlier one."""
+    shutil.copytree(folder / f"caches of {earlier}", tmp_path / "caches")
+    _shared_fits._LAST.clear()
+    words = (command, folder / "study.py", *COMMANDS[command], "--out", tmp_path / "again")
+    return run(*words, caches=tmp_path / "caches")
+
+
 def test_a_later_run_takes_the_fits_that_are_there(hidden, tmp_path):
     folder, output = hidden
-    shutil.copytree(folder / "improve" / "fits", tmp_path / "again" / "fits")
-    _shared_fits._LAST.clear()
-    options = COMMANDS["improve"]
-    done = run("improve", folder / "study.py", *options, "--out", tmp_path / "again")
+    done = again("improve", folder, "improve", tmp_path)
     counts = re.search(
         r"Fits and scans of an earlier run that are used again: (\d+) of (.*)", done.output
     )
-    assert counts and int(counts[1]) > 0 and counts[2] == f"{tmp_path / 'again' / 'fits'}/"
+    assert counts and int(counts[1]) > 0 and f"{tmp_path}/caches/bayes_placement/fits-" in counts[2]
     assert "of an earlier run" not in output["improve"]
     first, second = (
         json.loads((out / "ledger.json").read_text())["steps"]
@@ -154,8 +158,7 @@ def test_a_later_run_takes_the_fits_that_are_there(hidden, tmp_path):
 
 def test_check_takes_the_fit_of_improve(hidden, tmp_path):
     folder, _ = hidden
-    shutil.copytree(folder / "improve" / "fits", tmp_path / "again" / "fits")
-    done = run("check", folder / "study.py", "--out", tmp_path / "again")
+    done = again("improve", folder, "check", tmp_path)
     assert "Fits and scans of an earlier run that are used again: 1 of" in done.output
     first, second = (
         (out / "misfit.csv").read_text() for out in (folder / "check", tmp_path / "again")
@@ -165,17 +168,14 @@ def test_check_takes_the_fit_of_improve(hidden, tmp_path):
 
 def test_explain_takes_the_fit_of_check(hidden, tmp_path):
     folder, _ = hidden
-    shutil.copytree(folder / "check" / "fits", tmp_path / "again" / "fits")
-    _shared_fits._LAST.clear()
-    options = COMMANDS["explain"]
-    done = run("explain", folder / "study.py", *options, "--out", tmp_path / "again")
+    done = again("check", folder, "explain", tmp_path)
     assert "Fits and scans of an earlier run that are used again: 1 of" in done.output
 
 
 def test_the_search_that_a_model_declares_is_that_of_its_check(tmp_path):
     model = written(tmp_path, MODEL, HIDDEN, MEASUREMENT, "engine = bp.engines.MAP(starts=2)\n")
-    done = run("check", model, "--out", tmp_path / "out")
-    assert not (tmp_path / "out" / "fits").exists(), done.output
+    done = run("check", model, "--out", tmp_path / "out", caches=tmp_path / "caches")
+    assert not list(tmp_path.glob("caches/*/fits-*/*")), done.output
 
 
 def test_check_says_where_the_model_fails(hidden):

@@ -46,6 +46,20 @@ def test_every_run_has_a_new_folder_told_in_the_last_line(model):
         assert (folder / "result.nc").is_file()
 
 
+def test_every_model_file_has_a_folder_of_its_own(model):
+    folders = []
+    for folder in (model.parent / "one", model.parent / "two"):
+        folder.mkdir()
+        file = folder / "model.py"
+        file.write_text("")
+        with _result_folder.result_folder(file, "check", None) as results:
+            begun("check", file, results.path).text("misfit.txt", "first")
+        folders.append(str(results.path.relative_to(model.parent)))
+    assert folders == ["results/model/check-1", "results/two_model/check-1"]
+    with _result_folder.result_folder(file, "check", None) as results:
+        assert results.path == Path("results/two_model/check-2").absolute()
+
+
 def test_the_record_says_what_was_given_and_written(model):
     CliRunner().invoke(app, [*WORDS, "study.py"])
     record = record_in("results/study/update-1")

@@ -5,18 +5,24 @@ import json
 import pytest
 from typer.testing import CliRunner
 
+from bayes_placement.cli import _user_cache
 from bayes_placement.cli.app import app
 
 FIT = f"{'0a' * 32}.npz"
 
 
+FITS = "bayes_placement/fits-1"
+
+
 @pytest.fixture
-def kept(tmp_path):
-    for name in ("bar/improve-1/run.json", f"bar/fits/{FIT}", "bar/fits/mine.npz", f"other/{FIT}"):
-        file = tmp_path / "results" / name
+def kept(tmp_path, monkeypatch):
+    monkeypatch.setattr(_user_cache, "cache_directory", lambda: tmp_path)
+    run_of_bar = "results/bar/improve-1/run.json"
+    for name in (run_of_bar, f"{FITS}/{FIT}", f"{FITS}/mine.npz", f"other/{FIT}"):
+        file = tmp_path / name
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_bytes(bytes(2_000_000))
-    return tmp_path / "results"
+    return tmp_path
 
 
 def run(*words):
@@ -26,24 +32,23 @@ def run(*words):
 
 
 def test_age_and_sizes_are_told(kept):
-    (row,) = json.loads(run(kept, "--json"))["result"]["models"]
+    (row,) = json.loads(run(kept / "results", "--json"))["result"]["models"]
     assert row == {
         "model": "bar",
         "runs": "1",
         "latest [days]": "0.0",
         "results [MB]": "2.0",
-        "fits": "1",
-        "fits [MB]": "2.0",
     }
-    assert "1 fits, 2.0 MB, which --clean deletes" in run(kept)
-    assert (kept / "bar" / "fits" / FIT).exists()
+    told = f"1 fits, 2.0 MB, the oldest of 0.0 days, in {kept / 'bayes_placement'}; --clean deletes"
+    assert told in run(kept / "results")
+    assert (kept / FITS / FIT).exists()
 
 
 def test_fits_are_deleted_and_nothing_else(kept):
     before = {path for path in kept.rglob("*") if path.is_file()}
-    run(kept, "--clean")
+    run(kept / "results", "--clean")
     gone = before - set(kept.rglob("*"))
-    assert gone == {kept / "bar" / "fits" / FIT}
+    assert gone == {kept / FITS / FIT}
 
 
 def test_no_results_are_a_sentence(tmp_path):

@@ -83,7 +83,6 @@ def test_improve_says_what_is_new_in_each_state(of_states):
 def test_each_state_has_its_ledger_and_figures(of_states):
     results = of_states[0] / "results"
     assert sorted(path.name for path in results.iterdir()) == [
-        "fits",
         "run.json",
         "state_1",
         "state_2",
