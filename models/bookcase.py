@@ -125,7 +125,7 @@ def place(floor):
 
 def experiment_at(frequency, model_error=None):
     """Experiment at some lines, with model error and with noise of unknown level."""
-    errors = bp.model_error.Modal() if model_error is None else model_error
+    errors = bp.model_error.Embedded() if model_error is None else model_error
     return bp.Experiment(
         structure(),
         sensors=[
@@ -143,7 +143,7 @@ def experiment_at(frequency, model_error=None):
 def stand_in(seed=0):
     """Measurement of a simulated frame, off by a few percent, with the same wrong instrument."""
     frequency = np.arange(BAND[0], BAND[1], 0.25)
-    sizes = bp.model_error.Modal(
+    sizes = bp.model_error.Embedded(
         frequency=0.005, damping=0.3, shape=0.03, gain=0.02, stiffness_and_mass=None
     )
     true = experiment_at(frequency, sizes)

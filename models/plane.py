@@ -62,7 +62,7 @@ PLATES = {
 }
 """Region of each accelerometer along x, y and z [m]."""
 
-SHAPES = bp.model_error.Modal(frequency=None, damping=None, gain=None, stiffness_and_mass=None)
+SHAPES = bp.model_error.Embedded(frequency=None, damping=None, gain=None, stiffness_and_mass=None)
 """Natural frequencies, damping and masses of modes are unknown; it is the shapes that err."""
 
 RIGID = np.array([16.0, 22.0, 25.0, 28.0])

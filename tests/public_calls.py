@@ -353,7 +353,9 @@ def uncertain():
 def learnt():
     """A small map."""
     return bp.information_map(
-        uncertain(), {"s1": [0.2, 0.3]}, estimator=bp.information.KDE(draws=16, placement_draws=8)
+        uncertain(),
+        {"s1": [0.2, 0.3]},
+        estimator=bp.information.KernelGain(draws=16, placement_draws=8),
     )
 
 
@@ -364,7 +366,7 @@ def study():
         uncertain(),
         {"s1": [0.2, 0.3]},
         factors=(1.0, 0.5),
-        estimator=bp.information.KDE(draws=16, placement_draws=8),
+        estimator=bp.information.KernelGain(draws=16, placement_draws=8),
     )
 
 
@@ -372,7 +374,9 @@ def study():
 def best():
     """A small search."""
     return bp.place(
-        uncertain(), {"s1": [0.2, 0.3]}, estimator=bp.information.KDE(draws=16, placement_draws=8)
+        uncertain(),
+        {"s1": [0.2, 0.3]},
+        estimator=bp.information.KernelGain(draws=16, placement_draws=8),
     )
 
 
@@ -597,7 +601,7 @@ def calls_of_experiment():
                 "frequency": array(LINES, "shorter", negative=-LINES, scalar=5.0),
                 "observe": thing(bp.observe.Complex("velocity")),
                 "noise": thing(bp.noise.Gaussian(1e-5), "nothing"),
-                "model_error": thing(bp.model_error.Modal(), "nothing"),
+                "model_error": thing(bp.model_error.Embedded(), "nothing"),
                 "force_levels": of(
                     "things",
                     [1.0],
@@ -750,13 +754,13 @@ def calls_of_laws():
             },
             noisy_with_coherence,
         ),
-        "observe.Modes": Call(bp.observe.Modes, {"measured": thing(modal_parameters())}),
+        "observe.ModalData": Call(bp.observe.ModalData, {"measured": thing(modal_parameters())}),
         "observe.Complex": Call(bp.observe.Complex, {"quantity": word("velocity")}, observed),
         "observe.LogAmplitude": Call(
             bp.observe.LogAmplitude, {"quantity": word("velocity")}, observed
         ),
-        "model_error.Modal": Call(
-            bp.model_error.Modal,
+        "model_error.Embedded": Call(
+            bp.model_error.Embedded,
             {
                 key: positive(0.01, "nothing")
                 for key in ("frequency", "damping", "shape", "gain", "stiffness_and_mass", "runs")
@@ -1070,8 +1074,8 @@ def calls_of_methods():
             },
         ),
         "marginals.Quadrature": Call(bp.marginals.Quadrature, {"nodes": count(4)}),
-        "information.KDE": Call(
-            bp.information.KDE,
+        "information.KernelGain": Call(
+            bp.information.KernelGain,
             {**draws, "placement_draws": count(8), "kernel": word("soize"), **sampling, **after},
             mapped,
         ),
@@ -1193,7 +1197,7 @@ def calls_of_verbs():
     search = {
         "experiment": thing(uncertain()),
         "places": places,
-        "estimator": thing(bp.information.KDE(draws=16, placement_draws=8), "nothing"),
+        "estimator": thing(bp.information.KernelGain(draws=16, placement_draws=8), "nothing"),
         "about": things(["structure.damping.ratio"], "nothing", unknown=["mass"], none=[]),
         "nominal": mapping(
             {},

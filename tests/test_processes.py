@@ -218,7 +218,7 @@ def test_a_search_of_two_processes_is_that_of_one(monkeypatch):
 def test_hypotheses_are_the_same_with_a_model_error_fitted_elsewhere():
     setup = experiment()
     data = setup.data(measured(MASS, seed=1))
-    errors = setup.with_model_error(bp.model_error.Modal(shape=None, modes=3)).model_error
+    errors = setup.with_model_error(bp.model_error.Embedded(shape=None, modes=3)).model_error
     exact = [
         null_hypothesis(setup + effect, data) for effect in (MASS, bp.effects.point_mass(0.3, 0.2))
     ]

@@ -178,9 +178,9 @@ LINES = {
         bp.effects.ground_spring(0.3, 1e4, direction=(0.0, 0.6, 0.8))
     ),
     "Modal(ratio=(Uniform(0.02, 0.06), 0.04))": bp.damping.Modal([dist.Uniform(0.02, 0.06), 0.04]),
-    "Modal()": bp.model_error.Modal(),
-    "Modal(shape=None, runs=0.01)": bp.model_error.Modal(shape=None, runs=0.01),
-    "Modal(frequency=LogUniform(1e-05, 0.2))": bp.model_error.Modal(
+    "Modal()": bp.model_error.Embedded(),
+    "Modal(shape=None, runs=0.01)": bp.model_error.Embedded(shape=None, runs=0.01),
+    "Modal(frequency=LogUniform(1e-05, 0.2))": bp.model_error.Embedded(
         frequency=dist.LogUniform(1e-5, 0.2)
     ),
     "Gaussian(sigma=0.01 [unit of z])": bp.noise.Gaussian(0.01),
@@ -189,7 +189,7 @@ LINES = {
     "SMC()": bp.engines.SMC(),
     "SMC(particles=400)": bp.engines.SMC(particles=400),
     "Latent()": bp.marginals.Latent(),
-    "KDE(draws=16)": bp.information.KDE(draws=16),
+    "KernelGain(draws=16)": bp.information.KernelGain(draws=16),
     "Cartesian(x=0.5 m, y=Uniform(0.38, 0.42) m, z=0 m)": bp.positions.Cartesian(
         0.5, dist.Uniform(0.38, 0.42), 0.0
     ),

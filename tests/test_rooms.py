@@ -184,13 +184,6 @@ def test_names_are_defined():
 
 
 # Names that two classes share because users write both, each with the module before it.
-SHARED_CLASS_NAMES = {
-    "KDE": "marginals.KDE infers with a kernel density estimate, information.KDE plans with one",
-    "Modal": "damping.Modal damps each mode, model_error.Modal is the error of each mode",
-    "Modes": "modes.Modes are those of a structure, observe.Modes observes them",
-}
-
-
 def test_the_name_of_a_class_stands_for_one_class():
     places: dict[str, list[str]] = {}
     for path, tree in TREES.items():
@@ -198,9 +191,7 @@ def test_the_name_of_a_class_stands_for_one_class():
             if isinstance(node, ast.ClassDef):
                 places.setdefault(node.name, []).append(f"{name(path)}, line {node.lineno}")
     shared = {word: files for word, files in places.items() if len(files) > 1}
-    offenders = {word: files for word, files in shared.items() if word not in SHARED_CLASS_NAMES}
-    assert not offenders, "rename one, or say why users write both"
-    assert set(SHARED_CLASS_NAMES) == set(shared)
+    assert not shared, "rename one"
 
 
 def test_names_in_plots_say_what_they_hold():

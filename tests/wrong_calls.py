@@ -871,7 +871,7 @@ CALLS = {
         "Still unknown: structure.damping.ratio, sensor.s1.position; the response of an experiment",
     ),
     "receptance unknown": (
-        lambda: experiment(model_error=bp.model_error.Modal()).receptance(),
+        lambda: experiment(model_error=bp.model_error.Embedded()).receptance(),
         "distribution, since each of its values gives another response. Give values, "
         'experiment.fix({"structure.damping.ratio": ...}).frf()',
     ),
@@ -1014,8 +1014,8 @@ CALLS = {
         "noise.Covariance(matrix) was given a matrix of shape (3, 3), but the experiment has 12",
     ),
     "model error percent": (
-        lambda: bp.model_error.Modal(frequency=2.0),
-        "model_error.Modal(frequency=2.0) was given; a number up to 1 is needed, since it is a",
+        lambda: bp.model_error.Embedded(frequency=2.0),
+        "model_error.Embedded(frequency=2.0) was given; a number up to 1 is needed, since it is a",
     ),
     "fix percent": (
         lambda: experiment().fix({"structure.damping.ratio": 4.0}),

@@ -16,7 +16,7 @@ from ..io.model import Study
 from ._inputs import infer_posterior
 
 ESTIMATORS: dict[str, Callable[..., Any]] = {
-    "kde": information.KDE,
+    "kernel-gain": information.KernelGain,
     "exact": information.Exact,
     "expected-gain": information.ExpectedGain,
     "separation": information.Separation,

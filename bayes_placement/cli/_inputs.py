@@ -10,7 +10,7 @@ from .._shared.errors import InputError, UsageError
 from .._shared.progress import Progress
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.modal_parameters import ModalParameters
-from ..experiment.model_error import Modal
+from ..experiment.model_error import Embedded
 from ..experiment.variants import observing_modes
 from ..inference import cross_check
 from ..inference.infer import InferenceWarning, infer
@@ -86,7 +86,7 @@ def read_inputs(
     with files_read() as files:
         study, measurement = read_both(path, data, command)
     if model_error and study.experiment.model_error is None:
-        study = study._replace(experiment=study.experiment.with_model_error(Modal()))
+        study = study._replace(experiment=study.experiment.with_model_error(Embedded()))
     lines = _chosen_lines(screen, study, measurement, most_lines)
     study = study._replace(experiment=lines.experiment)
     has_error = study.experiment.model_error is not None

@@ -14,6 +14,6 @@ else:  # names of the registries are only known when this runs
     FitEngineName = Literal[tuple(names(engines))]
     MarginalName = Literal[tuple(names(marginals))]
 
-EstimatorName = Literal["kde", "exact", "expected-gain", "separation"]
+EstimatorName = Literal["kernel-gain", "exact", "expected-gain", "separation"]
 SideName = Literal["sensors", "actuators"]
 SearchName = Literal["exhaustive", "sequential", "forward", "evolutionary"]

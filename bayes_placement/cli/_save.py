@@ -143,7 +143,9 @@ class CompletedModel(NamedTuple):
             measurement=data or "study.measurement",
             imports=of_standard + IMPORTS + imports_of(body),
             original=original,
-            model_error=(".with_model_error(bp.model_error.Modal())" if self.model_error else ""),
+            model_error=(
+                ".with_model_error(bp.model_error.Embedded())" if self.model_error else ""
+            ),
         )
 
 

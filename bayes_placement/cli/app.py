@@ -279,7 +279,7 @@ def place(
     output: "Output",
     model: option.Study,
     data: option.EarlierData = None,
-    estimator: option.Estimator = "kde",
+    estimator: option.Estimator = "kernel-gain",
     search: option.Search = "exhaustive",
     about: option.About = None,
     sensors: option.Sensors = None,

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .._shared.errors import InputError
-from ..experiment.model_error import Modal
+from ..experiment.model_error import Embedded
 from ..explorer.opened import Given, opened
 from ..inference.engines import MAP
 from ..io._gate import files_read
@@ -69,7 +69,7 @@ def _read(request: Request) -> tuple[Inputs, str]:
         study, measurement = read_both(request.path, request.data, "explore")
     experiment = study.experiment
     if request.model_error and experiment.model_error is None:
-        experiment = experiment.with_model_error(Modal())
+        experiment = experiment.with_model_error(Embedded())
     try:
         lines = choose_lines(experiment, measurement, request.most_lines)
     except InputError:
@@ -96,7 +96,7 @@ def _head(request: Request, *, is_thinned: bool) -> str:
         f"measurement = {measured}",
     ]
     if request.model_error:
-        lines.append("experiment = experiment.with_model_error(bp.model_error.Modal())")
+        lines.append("experiment = experiment.with_model_error(bp.model_error.Embedded())")
     if is_thinned:
         lines.insert(0, "from bayes_placement.cli._lines import choose_lines")
         chosen = f"choose_lines(experiment, measurement, {request.most_lines})"

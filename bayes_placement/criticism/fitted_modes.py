@@ -52,7 +52,10 @@ def fitted_modes(
     >>> from bayes_placement.criticism.fitted_modes import fitted_modes
     >>> modes = bp.ModalParameters([160.0, 330.0], [0.1, 0.2], number=[1, 2])
     >>> modal = bp.Experiment(
-    ...     structure, sensors=[], observe=bp.observe.Modes(modes), noise=bp.noise.FromVariance()
+    ...     structure,
+    ...     sensors=[],
+    ...     observe=bp.observe.ModalData(modes),
+    ...     noise=bp.noise.FromVariance(),
     ... )
     >>> fitted_modes(modal, modes, {"structure.damping.ratio": 0.04})["number"].values.tolist()
     [1, 2]

@@ -49,7 +49,7 @@ def information_map(
         Recorded positions [m] (or tolerance regions) to try, by the name of the transducer: a grid
         of all combinations.
     estimator
-        An estimator of `information`; by default the paper's, `information.KDE()`.
+        An estimator of `information`; by default the paper's, `information.KernelGain()`.
     about
         Names of the parameters of interest; all others are held at nominal values. By default all.
     nominal

@@ -158,9 +158,9 @@ def place(
     cost
         Information gain that a transducer must add to be worth its place [nat], by name. A
         transducer with a cost may be left out; the best placement is that of the greatest net
-        gain. All others are always placed. Kernels in the space of the outputs (`information.KDE`)
-        blur more with more sensors, so that rather too few seem worth their cost; take
-        `information.ExpectedGain()` where sensors are counted.
+        gain. All others are always placed. Kernels in the space of the outputs
+        (`information.KernelGain`) blur more with more sensors, so that rather too few seem
+        worth their cost; take `information.ExpectedGain()` where sensors are counted.
     estimator, about, nominal, key, lines, executor, store, progress
         See `information_map`.
 

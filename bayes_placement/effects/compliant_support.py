@@ -1,9 +1,9 @@
 """A support of a uniform bar or beam that is softer than assumed."""
 
 from .._shared.sites import unit
-from ..modes.beams.uniform_line import UniformLine
+from ..modes.beams.waveguide import Waveguide
 from ..modes.hinges import Hinge
-from ..modes.original_modes import original_line, required_line
+from ..modes.original_modes import original_waveguide, required_waveguide
 from .prelude import Hinged, InputError, Instruments, LogUniform, Modes, Parameter, Scales, field
 
 _HELD = {"fixed": ("rotation", "translation"), "pinned": ("translation",), "guided": ("rotation",)}
@@ -45,7 +45,7 @@ class CompliantSupport(Hinged):
     def on(self, modes: Modes) -> "CompliantSupport":
         """Return the effect as it is, on a bar or beam with this support."""
         instead = 'Name a support of the model: effects.soft_support("left foot", ...).'
-        possible = supports(required_line(modes, "compliant_support", instead))
+        possible = supports(required_waveguide(modes, "compliant_support", instead))
         if (self.end, self.motion) not in possible:
             raise InputError(
                 f'Effect "{self.name}": the {self.motion} of the {self.end} end was given, but '
@@ -56,9 +56,9 @@ class CompliantSupport(Hinged):
 
     def hinges(self, modes: Modes) -> list[Hinge]:
         """One hinge between the structure and its support."""
-        line = original_line(modes)
-        at = 0.0 if self.end == "left" else line.length
-        order = line.half_order + (line.half_order == 2 and self.motion == "translation")
+        waveguide = original_waveguide(modes)
+        at = 0.0 if self.end == "left" else waveguide.length
+        order = waveguide.half_order + (waveguide.half_order == 2 and self.motion == "translation")
         return [Hinge(at, order, self.compliance)]
 
     def setting(self, modes: Modes, instruments: Instruments) -> str:
@@ -72,20 +72,20 @@ class CompliantSupport(Hinged):
         A rotation or the seat of a bar is tried down to 1e-5 of the compliance of the structure;
         the seat of a beam, which high modes feel more by powers of their wave number, to 1e-7.
         """
-        line = scales.nominal_modes
-        if not isinstance(line, UniformLine):
+        waveguide = scales.nominal_modes
+        if not isinstance(waveguide, Waveguide):
             return []
         variants = []
-        for end, motion in supports(line):
-            power = 2 * line.half_order - 1 if motion == "translation" else 1
-            structure = float(line.length) ** power / float(line.stiffness)
+        for end, motion in supports(waveguide):
+            power = 2 * waveguide.half_order - 1 if motion == "translation" else 1
+            structure = float(waveguide.length) ** power / float(waveguide.stiffness)
             compliance = LogUniform(10.0 ** -(power + 4) * structure, 10 * structure)
             variants.append(cls(compliance, end=end, motion=motion))
         return variants
 
 
-def supports(line: UniformLine) -> list[tuple[str, str]]:
+def supports(waveguide: Waveguide) -> list[tuple[str, str]]:
     """Ends and motions that are held."""
-    motions = _HELD if line.half_order == 2 else {"fixed": ("translation",)}
-    pairs = zip(("left", "right"), line.ends, strict=True)
+    motions = _HELD if waveguide.half_order == 2 else {"fixed": ("translation",)}
+    pairs = zip(("left", "right"), waveguide.ends, strict=True)
     return [(end, motion) for end, word in pairs for motion in motions.get(word, ())]

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import jax.numpy as jnp
 
 from .._shared.ranges import NOT_NEGATIVE, POSITIVE, SIGNED_LOSS_FACTOR
-from ..modes.original_modes import original_line, required_line
+from ..modes.original_modes import original_waveguide, required_waveguide
 from ..modes.ports import cuts_over, over
 from .effect import AtPlace, Omega, OnPorts, Stiffness, placed
 from .prelude import LogUniform, Modes, Parameter, PortLaw, Scales, coordinates, field, unit
@@ -46,19 +46,19 @@ class DampingLayer(AtPlace, OnPorts):
 
     def on(self, modes: Modes) -> "DampingLayer":
         """Return the effect placed on a uniform bar or beam."""
-        required_line(modes, "damping_layer", "Name damping of your own by effects.over.")
+        required_waveguide(modes, "damping_layer", "Name damping of your own by effects.over.")
         return placed(self, modes)
 
     def port_laws(self, modes: Modes, modulus: Stiffness, omega: Omega) -> Sequence[PortLaw]:
         """Cuts all over the segment, with the compliance that is gone."""
         segment = over(coordinates(self.at), self.extent, None, modes)
         added = self.loss_factor * (self.stiffening + 1j * jnp.sign(jnp.real(omega)))
-        compliance = segment.length / original_line(modes).stiffness
+        compliance = segment.length / original_waveguide(modes).stiffness
         return [PortLaw(cuts_over(segment, modes), compliance * added * modulus, modulus + added)]
 
     @classmethod
     def suggest(cls, scales: Scales) -> list["DampingLayer"]:
-        """A loss factor of 0.1 % to 100 %, of a material of 0.1 to 100, on any part of a line."""
+        """A loss factor of 0.1 % to 100 %, of a material of 0.1 to 100, on any part."""
         loss, stiffening = LogUniform(1e-3, 1.0), LogUniform(1e-2, 10.0)
         parts = scales.extents(lines_alone=True)
         return [cls(place, extent, loss, stiffening) for place, extent in parts]

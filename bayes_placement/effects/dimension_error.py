@@ -7,7 +7,7 @@ import equinox as eqx
 
 from .._shared.ranges import SIZE
 from ..modes.beams.beams import UniformBar, UniformBeam
-from ..modes.beams.uniform_line import UniformLine
+from ..modes.beams.waveguide import Waveguide
 from ..modes.finite_elements.nodal_modes import NodalModes
 from .log_uniform_priors import log_uniform_of_either_sign
 from .prelude import GlobalChange, InputError, Instruments, Modes, Parameter, Scales, field, unit
@@ -35,9 +35,9 @@ class DimensionError(GlobalChange):
 
     Its length; the thickness of a beam in the plane of bending, with which the area grows as
     1 + error and the second moment as its cube; or the section: the area, at the same radius of
-    gyration. All other effects act on the line of the true dimension. Sensors, actuators and
+    gyration. All other effects act on the structure of the true dimension. Sensors, actuators and
     effects stay where they are, in metres from the left end. Where these lie beyond the end of a
-    shorter line its closed-form shapes go on.
+    shorter one its closed-form shapes go on.
 
     The scale of a finite element model multiplies all of its coordinates, sections and thicknesses,
     as of a model in a wrong unit of length or a part that shrank; what sits on it stays at the same
@@ -88,8 +88,8 @@ class DimensionError(GlobalChange):
         factor = 1 + self.error
         grown = powers(modes)[self.dimension]
 
-        def quantities(line: Any) -> list[Any]:  # Equinox asks for markers as well
-            return [getattr(line, name) for name in grown]
+        def quantities(waveguide: Any) -> list[Any]:  # Equinox asks for markers as well
+            return [getattr(waveguide, name) for name in grown]
 
         values = [
             value * factor**power
@@ -103,12 +103,12 @@ class DimensionError(GlobalChange):
 
     @classmethod
     def suggest(cls, scales: Scales) -> list["DimensionError"]:
-        """Each dimension of a line, up to 15 % to either side, log-uniform from 0.01 % on.
+        """Each dimension of a bar or beam, up to 15 % to either side, log-uniform from 0.01 % on.
 
         None of a finite element model: its modulus and density say the same and more.
         """
         prior = log_uniform_of_either_sign(LEAST, -GREATEST, GREATEST)
-        possible = powers(scales.modes) if isinstance(scales.modes, UniformLine) else ()
+        possible = powers(scales.modes) if isinstance(scales.modes, Waveguide) else ()
         return [cls(prior, dimension=dimension) for dimension in possible]
 
 

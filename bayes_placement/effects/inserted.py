@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from .._shared.sites import TURNS
-from ..modes.original_modes import required_line
+from ..modes.original_modes import required_waveguide
 from ..modes.ports import MOTIONS, cut
 from .attached import GivenLaw, check_motion
 from .effect import AtPlace, Omega, OnPorts, Stiffness, placed
@@ -46,8 +46,10 @@ class Inserted(GivenLaw, AtPlace, OnPorts):
     def on(self, modes: Modes) -> "Inserted":
         """Return the effect placed on a uniform bar or beam, cut or not."""
         check_motion(self, MOTIONS)
-        line = required_line(modes, "inserted", "Use soft_support or region_stiffness_loss.")
-        check_motion(self, MOTIONS[:1] if line.half_order == 1 else MOTIONS)
+        waveguide = required_waveguide(
+            modes, "inserted", "Use soft_support or region_stiffness_loss."
+        )
+        check_motion(self, MOTIONS[:1] if waveguide.half_order == 1 else MOTIONS)
         return placed(self, modes)
 
     def port_laws(self, modes: Modes, modulus: Stiffness, omega: Omega) -> Sequence[PortLaw]:

@@ -8,9 +8,9 @@ import jax.numpy as jnp
 from .._shared.dimensions import Parameter
 from .._shared.errors import InputError
 from .._shared.ranges import POSITIVE, SHARE_LOST
-from ..modes.beams.uniform_line import UniformLine
+from ..modes.beams.waveguide import Waveguide
 from ..modes.hinges import Hinge
-from ..modes.original_modes import original_line, required_line
+from ..modes.original_modes import original_waveguide, required_waveguide
 from .effect import AtPlace, Hinged, placed
 from .prelude import LogUniform, Modes, Scales, Uniform, field, negative_log_uniform, unit
 
@@ -50,8 +50,8 @@ class LocalStiffnessLoss(AtPlace, Hinged):
     def on(self, modes: Modes) -> "LocalStiffnessLoss":
         """Return the effect placed on a bar or beam, a segment as the uniform prior over it."""
         instead = "Name a region of the model: effects.region_stiffness_loss(region, loss)."
-        line = required_line(modes, "local_stiffness_loss", instead)
-        self._check_extent(line.length)
+        waveguide = required_waveguide(modes, "local_stiffness_loss", instead)
+        self._check_extent(waveguide.length)
         return placed(self, modes)
 
     def _check_extent(self, length: Parameter) -> None:
@@ -66,11 +66,11 @@ class LocalStiffnessLoss(AtPlace, Hinged):
 
     def hinges(self, modes: Modes) -> list[Hinge]:
         """Two hinges, each with half of the flexibility."""
-        line = original_line(modes)
-        compliance = self.extent * self.loss / (1 - self.loss) / line.stiffness / 2
+        waveguide = original_waveguide(modes)
+        compliance = self.extent * self.loss / (1 - self.loss) / waveguide.stiffness / 2
         offset = self.extent / (2 * math.sqrt(3))
-        places = [jnp.clip(self.at + side * offset, 0.0, line.length) for side in (-1, 1)]
-        return [Hinge(place, line.half_order, compliance) for place in places]
+        places = [jnp.clip(self.at + side * offset, 0.0, waveguide.length) for side in (-1, 1)]
+        return [Hinge(place, waveguide.half_order, compliance) for place in places]
 
     @classmethod
     def suggest(cls, scales: Scales) -> list["LocalStiffnessLoss"]:
@@ -79,7 +79,7 @@ class LocalStiffnessLoss(AtPlace, Hinged):
         What is added is shorter than a third of the least half-wave and not at an end: hinges of
         negative compliance have no natural frequencies else.
         """
-        if not isinstance(scales.modes, UniformLine):
+        if not isinstance(scales.modes, Waveguide):
             return []
         length: Any = scales.modes.bounds()[1]
         extent, loss = LogUniform(0.01 * length, 0.1 * length), LogUniform(0.003, 0.95)

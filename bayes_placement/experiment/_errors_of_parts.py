@@ -113,6 +113,6 @@ def _of(errors: Mapping[str, Parameter], name: str) -> Parameter:
         raise InputError(
             f'The experiment has a transducer "{name}" that its model error does not know, since '
             "it was made for others. Declare the model error once more: "
-            "experiment.with_model_error(bp.model_error.Modal())."
+            "experiment.with_model_error(bp.model_error.Embedded())."
         )
     return errors[name]

@@ -187,14 +187,14 @@ def least_transducers(observe: Observation, actuators: Any, noise: Any, levels: 
         return 1
     if len(actuators) or levels is not None:
         raise InputError(
-            f"{'actuators' if len(actuators) else 'force_levels'}= was given with observe.Modes; "
-            "none is needed, since modal parameters do not depend on where and how hard a "
-            "structure is driven. Leave it out."
+            f"{'actuators' if len(actuators) else 'force_levels'}= was given with "
+            "observe.ModalData; none is needed, since modal parameters do not depend on "
+            "where and how hard a structure is driven. Leave it out."
         )
     known = noise is None or (noise.reads_variance and not unknowns(noise))
     if not known:
         raise InputError(
-            f"noise.{type(noise).__name__} was given with observe.Modes; noise.FromVariance of "
+            f"noise.{type(noise).__name__} was given with observe.ModalData; noise.FromVariance of "
             "a known scale is needed, since the errors of modal parameters are stated with them, "
             "each in its own unit, and so few do not tell their size: noise=noise.FromVariance()."
         )

@@ -30,7 +30,7 @@ from .data_checks import DataChecks, check_data
 from .force_levels import at_levels
 from .measurement import Channel, Measurement
 from .modal_parameters import ModalParameters
-from .model_error import Modal, ModalErrors
+from .model_error import Embedded, ModalErrors
 from .noise import Data, Noise
 from .observation import Observation
 from .recording import Drive, recorded, recorded_frequency
@@ -65,15 +65,15 @@ class Experiment(eqx.Module):
     frequency
         Lines [Hz]; none where modes are observed.
     observe
-        What is compared: `observe.LogAmplitude`, `observe.Complex`, or `observe.Modes`, which
+        What is compared: `observe.LogAmplitude`, `observe.Complex`, or `observe.ModalData`, which
         needs neither actuators nor lines.
     noise
         Output error; None for the paper's case of no output error.
     force_levels
         Amplitudes of the force [N], each measured once; needed where the structure is nonlinear.
     model_error
-        By how much the modes and channels differ from the model, `model_error.Modal()`; None where
-        the model is exact.
+        By how much the modes and channels differ from the model, `model_error.Embedded()`; None
+        where the model is exact.
     sensors_mounted
         `roving`, each sensor alone in its run, or `fixed`, all mounted all the time, as where
         modes are observed.
@@ -115,7 +115,7 @@ class Experiment(eqx.Module):
         frequency: Any = None,
         observe: Observation,
         noise: Noise | None,
-        model_error: Modal | None = None,
+        model_error: Embedded | None = None,
         force_levels: Sequence[float] | None = None,
         sensors_mounted: str = "roving",
     ):
@@ -167,9 +167,9 @@ class Experiment(eqx.Module):
         """Every effect on the structure and the instruments."""
         return [*self.structure.effects.values(), *self.instrument_effects.values()]
 
-    def with_model_error(self, model_error: Modal | None) -> "Experiment":
+    def with_model_error(self, model_error: Embedded | None) -> "Experiment":
         """Return the experiment with another model error, or with none."""
-        check_annotated("model_error", model_error, Modal | None)
+        check_annotated("model_error", model_error, Embedded | None)
         return self.with_errors(None if model_error is None else model_error.on(Scales(self)))
 
     def _with_structure(self, structure: Structure) -> "Experiment":

@@ -65,7 +65,7 @@ Size: TypeAlias = Parameter | None
 
 @with_short_repr
 @dataclass(frozen=True)
-class Modal:
+class Embedded:
     """Natural frequencies, damping, shapes, gains and pieces that differ from those of the model.
 
     The natural frequency of a mode is that of the model times exp(frequency * e), its damping that
@@ -113,7 +113,7 @@ class Modal:
 
     Examples
     --------
-    >>> imperfect = experiment.with_model_error(bp.model_error.Modal(frequency=0.01, runs=None))
+    >>> imperfect = experiment.with_model_error(bp.model_error.Embedded(frequency=0.01, runs=None))
     >>> len(imperfect.unknowns) > len(experiment.unknowns)
     True
     """
@@ -176,7 +176,7 @@ class Modal:
 
 @with_short_repr
 class ModalErrors(eqx.Module):
-    """Errors of the modes and channels of an experiment; made of `Modal` by the experiment.
+    """Errors of the modes and channels of an experiment; made of `Embedded` by the experiment.
 
     Parameters
     ----------
@@ -194,7 +194,7 @@ class ModalErrors(eqx.Module):
 
     Examples
     --------
-    >>> errors = experiment.with_model_error(bp.model_error.Modal(frequency=0.01)).model_error
+    >>> errors = experiment.with_model_error(bp.model_error.Embedded(frequency=0.01)).model_error
     >>> errors.modes, errors.rigid_body_modes
     (5, 0)
     """
@@ -272,7 +272,7 @@ def shares_size(unknown: Unknown, size: Unknown) -> bool:
 
     Examples
     --------
-    >>> imperfect = experiment.with_model_error(bp.model_error.Modal())
+    >>> imperfect = experiment.with_model_error(bp.model_error.Embedded())
     >>> size = imperfect.unknown["model_error.gain.size"]
     >>> [u.name for u in imperfect.unknowns if bp.model_error.shares_size(u, size)]
     ['model_error.gain.standard.sensor.s1', 'model_error.gain.standard.actuator.a1']
@@ -320,19 +320,19 @@ def _check_size(word: str, size: Size) -> None:
         return
     if not (np.ndim(size) == 0 and np.isfinite(size) and size > 0):  # type: ignore[operator]
         raise InputError(
-            f"model_error.Modal({word}={size!r}) was given; a positive number, a distribution of "
-            f"one, or None for no such error is needed: {word}=dist.LogUniform(1e-4, 0.1)."
+            f"model_error.Embedded({word}={size!r}) was given; a positive number, a distribution "
+            f"of one, or None for no such error is needed: {word}=dist.LogUniform(1e-4, 0.1)."
         )
     if size > 1:  # type: ignore[operator]
         raise InputError(
-            f"model_error.Modal({word}={size!r}) was given; a number up to 1 is needed, since it "
-            f"is a relative error and not in percent: {word}=0.01."
+            f"model_error.Embedded({word}={size!r}) was given; a number up to 1 is needed, since "
+            f"it is a relative error and not in percent: {word}=0.01."
         )
 
 
 def _check_number(word: str, number: int | None, reason: str) -> None:
     if number is not None and number < 1:
         raise InputError(
-            f"model_error.Modal({word}={number}) was given; {reason}. Without model error: "
+            f"model_error.Embedded({word}={number}) was given; {reason}. Without model error: "
             "model_error=None."
         )

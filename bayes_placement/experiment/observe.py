@@ -7,10 +7,10 @@ import numpy as np
 from .._shared.dimensions import Response
 from ._logarithm import log10
 from .observation import FRF, AngularFrequencies, Measured, Observation, Variance
-from .observed_modes import Modes
+from .observed_modes import ModalData
 from .quantities import motion_name, quantity_of
 
-__all__ = ["Complex", "LogAmplitude", "Modes", "Observation"]
+__all__ = ["Complex", "LogAmplitude", "ModalData", "Observation"]
 
 
 class LogAmplitude(Observation):

@@ -42,7 +42,7 @@ class ModesOfModel(NamedTuple):
     without shapes."""
 
 
-class Modes(Observation):
+class ModalData(Observation):
     """Natural frequencies [Hz], damping ratios [1] and shapes of measured modes.
 
     Each measured mode is compared with the mode of the model that has its number, or else with the
@@ -76,7 +76,7 @@ class Modes(Observation):
     >>> bp.Experiment(
     ...     structure,
     ...     sensors=[],
-    ...     observe=bp.observe.Modes(modes),
+    ...     observe=bp.observe.ModalData(modes),
     ...     noise=bp.noise.FromVariance(),
     ... )
     Experiment: 2 modes from 160 to 330 Hz, shapes at 0 sensor channels, z = natural frequency [Hz],
@@ -103,7 +103,7 @@ class Modes(Observation):
             measured,
             ModalParameters,
             "modal parameters are needed, since the model's modes are paired with them",
-            "observe=observe.Modes(bp.ModalParameters(frequency, deviation, number=[1, 2]))",
+            "observe=observe.ModalData(bp.ModalParameters(frequency, deviation, number=[1, 2]))",
         )
         self.quantity = COLUMN
         self.present = np.isfinite(measured.values)
@@ -127,14 +127,18 @@ class Modes(Observation):
         """
         if frequency is not None:
             raise InputError(
-                "frequency= was given with observe.Modes; nothing is needed, since modal "
+                "frequency= was given with observe.ModalData; nothing is needed, since modal "
                 "parameters have no lines. Leave frequency out."
             )
         return self.values[FREQUENCY]
 
-    def on(self, channels: Sequence[Channel]) -> "Modes":
+    def on(self, channels: Sequence[Channel]) -> "ModalData":
         """Return the observation with the rows of these sensor channels, in their order."""
-        return Modes(self._as_measured().channels(channels)) if channels else self._without_shapes()
+        return (
+            ModalData(self._as_measured().channels(channels))
+            if channels
+            else self._without_shapes()
+        )
 
     def _as_measured(self) -> ModalParameters:
         values = np.where(self.present, self.values, np.nan)
@@ -148,8 +152,8 @@ class Modes(Observation):
             number=self.number,
         )
 
-    def _without_shapes(self) -> "Modes":
-        return Modes(self._as_measured().without_shapes())
+    def _without_shapes(self) -> "ModalData":
+        return ModalData(self._as_measured().without_shapes())
 
     def data(self, measurement: Any) -> Data:
         """Return what was measured as data.
@@ -163,16 +167,16 @@ class Modes(Observation):
             "measurement",
             measurement,
             ModalParameters,
-            "modal parameters are needed, since observe.Modes compares these",
-            "bp.infer(experiment, modes) with observe=observe.Modes(modes)",
+            "modal parameters are needed, since observe.ModalData compares these",
+            "bp.infer(experiment, modes) with observe=observe.ModalData(modes)",
         )
-        observed = Modes(measurement).on(self.channels)
+        observed = ModalData(measurement).on(self.channels)
         same = ("values", "errors", "correlation", "present", "number")
         if not all(np.array_equal(getattr(self, name), getattr(observed, name)) for name in same):
             raise InputError(
-                "Other modal parameters were given than those of observe.Modes; the same are "
+                "Other modal parameters were given than those of observe.ModalData; the same are "
                 "needed, since the modes of the model are paired with them. Declare an experiment "
-                "for each set: observe=observe.Modes(measured)."
+                "for each set: observe=observe.ModalData(measured)."
             )
         return self.stated()
 
@@ -357,7 +361,7 @@ def _references(measured: ModalParameters) -> np.ndarray:
     return np.where(certain.max(axis=0) >= 0, certain.argmax(axis=0) + SHAPE, -1)
 
 
-def _check_identity(modes: Modes) -> None:
+def _check_identity(modes: ModalData) -> None:
     compared = np.sum(modes.present[SHAPE:], axis=0)
     if modes.number is None and np.any(compared < 2):
         mode = int(np.argmax(compared < 2)) + 1
@@ -368,7 +372,7 @@ def _check_identity(modes: Modes) -> None:
         )
 
 
-def _check_count(modes: Modes, elastic: int) -> None:
+def _check_count(modes: ModalData, elastic: int) -> None:
     needed = modes.values.shape[1]
     greatest = needed if modes.number is None else max(modes.number)
     if greatest > elastic:

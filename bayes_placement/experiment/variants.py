@@ -16,9 +16,9 @@ from ._errors_of_parts import OF_WHAT
 from .experiment import Experiment
 from .measurement import Measurement
 from .modal_parameters import ModalParameters
-from .model_error import Modal
+from .model_error import Embedded
 from .noise import Covariance, FromVariance, Gaussian, Noise
-from .observe import Modes
+from .observe import ModalData
 from .transducers import Sensor
 
 
@@ -156,7 +156,7 @@ def _of_other_modes(experiment: Experiment, measured: ModalParameters) -> Experi
     """The experiment of other modes of the same structure."""
     shared = [channel for channel in measured.sensors if channel.name in experiment.sensor]
     fewer = with_only(experiment, sensors={channel.name for channel in shared})
-    observe = Modes(_with_errors(experiment, measured)).on(fewer.sensor_channels)
+    observe = ModalData(_with_errors(experiment, measured)).on(fewer.sensor_channels)
     return eqx.tree_at(
         lambda tree: (tree.observe, tree.frequency), fewer, (observe, observe.lines(None))
     )
@@ -195,7 +195,8 @@ def observing_modes(experiment: Experiment, measured: ModalParameters) -> Experi
     Returns
     -------
     Experiment
-        Its structure and sensors, observed by `observe.Modes(measured)`, the noise being theirs.
+        Its structure and sensors, observed by `observe.ModalData(measured)`, the noise being
+        theirs.
 
     Raises
     ------
@@ -223,21 +224,21 @@ def observing_modes(experiment: Experiment, measured: ModalParameters) -> Experi
     if len(sensors) < len(experiment.sensor):
         _refuse_numbered_sensors(experiment)
     modal = Experiment(
-        experiment.structure, sensors=sensors, observe=Modes(measured), noise=FromVariance()
+        experiment.structure, sensors=sensors, observe=ModalData(measured), noise=FromVariance()
     )
     for effect in experiment.instrument_effects.values():
         modal = modal + effect
     return modal.with_model_error(_model_error_of(experiment))
 
 
-def _model_error_of(experiment: Experiment) -> Modal | None:
+def _model_error_of(experiment: Experiment) -> Embedded | None:
     """Model error of the sizes that an experiment has; errors from run to run need runs."""
     errors = experiment.model_error
     if errors is None:
         return None
     kinds = {word: getattr(errors, word) for word in OF_WHAT}
     sizes = {word: None if kind is None else kind.size for word, kind in kinds.items()}
-    return Modal(**sizes | {"runs": None})
+    return Embedded(**sizes | {"runs": None})
 
 
 def channel_numbers(side: Mapping[str, Any], names: Collection[str]) -> np.ndarray:

@@ -25,7 +25,7 @@ from ..effects.effect import (
     OnPorts,
 )
 from ..effects.instrument_effect import InstrumentEffect
-from ..modes.beams.uniform_line import UniformLine
+from ..modes.beams.waveguide import Waveguide
 from ..modes.ports import PortLaw
 from .applied_effects import (
     AppliedHinges,
@@ -114,7 +114,7 @@ def _with_changed_modes(known: Experiment) -> Experiment:
     Effects that move instruments see the line as drawn, and a preload sees it before its hinges.
     """
     structure, modes = known.structure, known.structure.modes
-    if not isinstance(modes, UniformLine) or _acts_by(known, "moved"):
+    if not isinstance(modes, Waveguide) or _acts_by(known, "moved"):
         return known
     changes = structure.of_kind(GlobalChange)
     sizes = [change for change in changes if change.changes_size]

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, NamedTuple
 
 from .._shared.errors import InputError
 from ..experiment.experiment import Experiment
-from ..experiment.model_error import Modal
+from ..experiment.model_error import Embedded
 from ..inference.units import readable
 from ..io.case._effects import FIELD, with_effects
 from ..io.case._json_fields import JsonObject
@@ -186,7 +186,7 @@ class Improved(Action):
         """Return the model with the effects that were found."""
         experiment = model.experiment
         if self.with_model_error:
-            experiment = experiment.with_model_error(Modal())
+            experiment = experiment.with_model_error(Embedded())
         experiment = with_stated(experiment, self.effects)
         return ValuedModel(experiment.fix(self.sizes), dict(self.values))
 

@@ -11,7 +11,7 @@ from ..criticism.missing.ledger import Ledger
 from ..criticism.reach._channels import CHANNELS
 from ..criticism.reach.reach import Reach
 from ..experiment.experiment import Experiment
-from ..experiment.model_error import Modal
+from ..experiment.model_error import Embedded
 from ..inference.residuals import sizes_of
 from ..io.case._effects import stated_effects
 from ..laws.tabulated import COMPLIANCES
@@ -88,7 +88,7 @@ def _action(number: int, step: FittedModel, experiment: Experiment) -> Improved:
     new = [effect for effect in step.experiment.effects if effect.name in step.effects]
     has_error = step.experiment.model_error is not None
     is_new = has_error and experiment.model_error is None
-    known = experiment.with_model_error(Modal()) if is_new else experiment
+    known = experiment.with_model_error(Embedded()) if is_new else experiment
     sizes = {size.name: float(step.values[size.name]) for size in sizes_of(known)}
     values = {name: float(step.values[name]) for name in as_drawn(step.experiment)}
     stated = tuple(stated_effects(experiment, new))

@@ -1,4 +1,4 @@
-"""Constraint modes of cuts of a uniform line, and their mass and stiffness.
+"""Constraint modes of cuts of a uniform waveguide, and their mass and stiffness.
 
 They are the static shapes of unit relative displacements of both sides of a cut. That of order q is
 conjugate to the internal force that is the q-th derivative of the shape: axial force of a bar (1),
@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._shared.dimensions import Parameter
-from .beams.uniform_line import UniformLine
+from .beams.waveguide import Waveguide
 from .changed import bending_shapes
 from .modes import Modes
 
@@ -35,51 +35,53 @@ class Cuts(NamedTuple):
         return [(int(order), self.positions[orders == order]) for order in np.unique(orders)]
 
 
-def cut(line: UniformLine, positions: Sequence[Parameter], orders: Sequence[int]) -> Cuts:
-    """Cut a line; a cut at an end lies between the structure and its support."""
+def cut(waveguide: Waveguide, positions: Sequence[Parameter], orders: Sequence[int]) -> Cuts:
+    """Cut a waveguide; a cut at an end lies between the structure and its support."""
     at = jnp.stack([jnp.asarray(position, dtype=float) for position in positions])
     # Just outside of an end, so that all of the structure is on the inner side.
-    margin = _ROUNDING * line.length
-    outside = jnp.where(at < margin, -margin, line.length + margin)
-    at_end = (at < margin) | (at > line.length - margin)
+    margin = _ROUNDING * waveguide.length
+    outside = jnp.where(at < margin, -margin, waveguide.length + margin)
+    at_end = (at < margin) | (at > waveguide.length - margin)
     return Cuts(jnp.where(at_end, outside, at), tuple(orders))
 
 
 def shapes(
-    line: UniformLine, cuts: Cuts, position: Float[Array, ""], derivative: int = 0
+    waveguide: Waveguide, cuts: Cuts, position: Float[Array, ""], derivative: int = 0
 ) -> Float[Array, "cut"]:
     """Constraint mode of each cut, by reciprocity the internal force under a unit force.
 
     Deflection or slope right of the cut less that left of it is 1.
     """
     of_orders = [
-        _sign(line, order)
-        * jax.vmap(lambda at, order=order: line.green(position, at, (derivative, order)))(positions)
+        _sign(waveguide, order)
+        * jax.vmap(lambda at, order=order: waveguide.green(position, at, (derivative, order)))(
+            positions
+        )
         for order, positions in cuts.by_order()
     ]
     return jnp.concatenate(of_orders)
 
 
-def mass(line: UniformLine, cuts: Cuts) -> Square:
+def mass(waveguide: Waveguide, cuts: Cuts) -> Square:
     """Mass products of the constraint modes."""
-    return line.density * line.area * _green_matrix(line, cuts, 2)
+    return waveguide.density * waveguide.area * _green_matrix(waveguide, cuts, 2)
 
 
-def stiffness(line: UniformLine, cuts: Cuts) -> Square:
+def stiffness(waveguide: Waveguide, cuts: Cuts) -> Square:
     """Internal force at each cut that resists a unit relative displacement at each.
 
     It is zero where the structure is statically determinate.
     """
-    return -line.stiffness * _green_matrix(line, cuts, 1)
+    return -waveguide.stiffness * _green_matrix(waveguide, cuts, 1)
 
 
-def _green_matrix(line: UniformLine, cuts: Cuts, power: int) -> Square:
+def _green_matrix(waveguide: Waveguide, cuts: Cuts, power: int) -> Square:
     """Green's function between all cuts, differentiated by their orders."""
 
     def block(row: tuple[int, Any], column: tuple[int, Any]) -> Any:
         orders = (row[0], column[0])
-        sign = _sign(line, row[0]) * _sign(line, column[0])
-        green = jax.vmap(lambda y, x: line.green(x, y, orders, power), in_axes=(0, None))
+        sign = _sign(waveguide, row[0]) * _sign(waveguide, column[0])
+        green = jax.vmap(lambda y, x: waveguide.green(x, y, orders, power), in_axes=(0, None))
         return sign * jax.vmap(green, in_axes=(None, 0))(column[1], row[1])
 
     rows = [
@@ -89,20 +91,20 @@ def _green_matrix(line: UniformLine, cuts: Cuts, power: int) -> Square:
     return jnp.concatenate(rows)
 
 
-def participation(modes: Modes, line: UniformLine, cuts: Cuts) -> Float[Array, "elastic cut"]:
+def participation(modes: Modes, waveguide: Waveguide, cuts: Cuts) -> Float[Array, "elastic cut"]:
     """Mass product of each elastic mode with each constraint mode.
 
     The internal force in the mode over omega_n^2.
     """
     elastic = slice(modes.rigid_body_modes, None)
     forces = [
-        _sign(line, order)
-        * line.stiffness
+        _sign(waveguide, order)
+        * waveguide.stiffness
         * jax.vmap(lambda at, order=order: bending_shapes(modes, at, order))(positions)[:, elastic]
         for order, positions in cuts.by_order()
     ]
     return jnp.concatenate(forces).T / modes.angular_frequency()[elastic, None] ** 2
 
 
-def _sign(line: UniformLine, order: int) -> int:
-    return (-1) ** (order - line.half_order)
+def _sign(waveguide: Waveguide, order: int) -> int:
+    return (-1) ** (order - waveguide.half_order)

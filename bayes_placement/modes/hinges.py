@@ -11,11 +11,11 @@ from jaxtyping import Array, Float
 from .._shared.dimensions import Parameter
 from . import _cuts
 from ._cuts import Cuts
-from .beams.uniform_line import UniformLine
+from .beams.waveguide import Waveguide
 from .flexible_parts import FlexiblePart, with_flexible_parts
 from .interface_compliance import CompliantModes, Interface, ResidualShapes, compliant_modes
 from .modes import AxisShapes, Coordinates, Modes
-from .original_modes import original_line
+from .original_modes import original_waveguide
 
 _ROUNDING = 1e-12  # of the mass of the structure, added where modes span a shape entirely
 
@@ -34,9 +34,9 @@ class Hinge(NamedTuple):
 
 
 class _ResidualCuts(ResidualShapes):
-    """Constraint modes of cuts of a uniform line, less their part in its modes."""
+    """Constraint modes of cuts of a uniform waveguide, less their part in its modes."""
 
-    line: UniformLine
+    waveguide: Waveguide
     cuts: Cuts
     participation: Float[Array, "mode cut"]
     changed: bool = eqx.field(static=True)
@@ -44,10 +44,10 @@ class _ResidualCuts(ResidualShapes):
     def shapes(
         self, position: Coordinates, derivative: int, mode_shapes: AxisShapes
     ) -> Float[Array, "axis cut"]:
-        """Shapes of the cuts, less their part in the modes of the line."""
-        # Modes that a preload or shear has changed span the same shapes as those of the line.
-        spanned = self.line.shapes(position, derivative) if self.changed else mode_shapes
-        shapes = _cuts.shapes(self.line, self.cuts, position, derivative)
+        """Shapes of the cuts, less their part in the modes of the waveguide."""
+        # Modes that a preload or shear has changed span the same shapes as those of the waveguide.
+        spanned = self.waveguide.shapes(position, derivative) if self.changed else mode_shapes
+        shapes = _cuts.shapes(self.waveguide, self.cuts, position, derivative)
         return shapes - spanned @ self.participation
 
 
@@ -62,14 +62,18 @@ def with_compliance(modes: Modes, compliances: Sequence[Hinge | FlexiblePart]) -
 
 
 def _with_hinges(modes: Modes, hinges: list[Hinge]) -> CompliantModes:
-    line, rigid = original_line(modes), modes.rigid_body_modes
-    cuts = _cuts.cut(line, [hinge.at for hinge in hinges], [hinge.order for hinge in hinges])
-    participation = _cuts.participation(modes, line, cuts)
-    of_line = participation if line is modes else _cuts.participation(line, line, cuts)
-    factor = _mass_factor(line, cuts, of_line)
-    flexibility = jnp.stack([line.mean_flexibility_beyond(order) for order in cuts.orders])
-    compliance = _in_series(line, cuts, [hinge.compliance for hinge in hinges])
-    residual = _ResidualCuts(line, cuts, jnp.pad(of_line, ((rigid, 0), (0, 0))), line is not modes)
+    waveguide, rigid = original_waveguide(modes), modes.rigid_body_modes
+    cuts = _cuts.cut(waveguide, [hinge.at for hinge in hinges], [hinge.order for hinge in hinges])
+    participation = _cuts.participation(modes, waveguide, cuts)
+    of_waveguide = (
+        participation if waveguide is modes else _cuts.participation(waveguide, waveguide, cuts)
+    )
+    factor = _mass_factor(waveguide, cuts, of_waveguide)
+    flexibility = jnp.stack([waveguide.mean_flexibility_beyond(order) for order in cuts.orders])
+    compliance = _in_series(waveguide, cuts, [hinge.compliance for hinge in hinges])
+    residual = _ResidualCuts(
+        waveguide, cuts, jnp.pad(of_waveguide, ((rigid, 0), (0, 0))), waveguide is not modes
+    )
     orthonormal = jax.scipy.linalg.solve_triangular(
         factor, jnp.eye(len(factor)), trans=1, lower=True
     )
@@ -78,10 +82,10 @@ def _with_hinges(modes: Modes, hinges: list[Hinge]) -> CompliantModes:
 
 
 def _mass_factor(
-    line: UniformLine, cuts: Cuts, participation: Float[Array, "elastic cut"]
+    waveguide: Waveguide, cuts: Cuts, participation: Float[Array, "elastic cut"]
 ) -> Float[Array, "cut cut"]:
     """Cholesky factor of the mass matrix of the residual shapes."""
-    mass = _cuts.mass(line, cuts)
+    mass = _cuts.mass(waveguide, cuts)
     margin = _ROUNDING * jnp.diag(jnp.diag(mass)) + jnp.finfo(float).tiny * jnp.eye(
         len(cuts.orders)
     )
@@ -89,13 +93,13 @@ def _mass_factor(
 
 
 def _in_series(
-    line: UniformLine, cuts: Cuts, compliances: list[Parameter]
+    waveguide: Waveguide, cuts: Cuts, compliances: list[Parameter]
 ) -> Float[Array, "cut cut"]:
     """Compliances in series with the stiffness of a statically indeterminate structure.
 
     C (1 + S C)^-1, one hinge after the other.
     """
-    stiffness = _cuts.stiffness(line, cuts)
+    stiffness = _cuts.stiffness(waveguide, cuts)
     total = jnp.zeros_like(stiffness)
     for number, compliance in enumerate(compliances):
         # Relative displacements at all cuts for a unit one at this, with the hinges before it.

@@ -1,8 +1,8 @@
-"""The uniform line, beam or finite element model that lies beneath changed modes."""
+"""The uniform waveguide, beam or finite element model that lies beneath changed modes."""
 
 from .._shared.errors import InputError
 from .beams.beams import UniformBeam
-from .beams.uniform_line import UniformLine
+from .beams.waveguide import Waveguide
 from .changed import DerivedModes
 from .finite_elements.nodal_modes import NodalModes, nodal_of
 from .modes import Modes
@@ -13,14 +13,14 @@ def original(modes: Modes) -> Modes:
     return original(modes.modes) if isinstance(modes, DerivedModes) else modes
 
 
-def original_line(modes: Modes) -> UniformLine:
+def original_waveguide(modes: Modes) -> Waveguide:
     """Return the uniform bar or beam beneath changed modes."""
-    line = original(modes)
-    if isinstance(line, UniformLine):
-        return line
+    waveguide = original(modes)
+    if isinstance(waveguide, Waveguide):
+        return waveguide
     raise InputError(
-        f"This effect was added to {type(line).__name__}, but it needs to know the section of a "
-        "uniform bar or beam, which those modes do not tell. Use beams.bar or beams.beam."
+        f"This effect was added to {type(waveguide).__name__}, but it needs to know the section of "
+        "a uniform bar or beam, which those modes do not tell. Use beams.bar or beams.beam."
     )
 
 
@@ -35,19 +35,19 @@ def original_nodal_modes(modes: Modes) -> NodalModes:
     )
 
 
-def required_line(modes: Modes, effect: str, alternative: str) -> UniformLine:
-    """Return the line that an effect needs; a finite element model takes an alternative to it."""
+def required_waveguide(modes: Modes, effect: str, alternative: str) -> Waveguide:
+    """Return the waveguide that an effect needs; an FE model takes an alternative to it."""
     if nodal_of(modes) is not None:
         raise InputError(
             f"{effect} was added to a finite element model, but it needs the section of a uniform "
             f"bar or beam, which a model does not tell. {alternative}"
         )
-    return original_line(modes)
+    return original_waveguide(modes)
 
 
 def required_beam(modes: Modes, effect: str, reason: str, alternative: str) -> UniformBeam:
     """Return the beam that an effect needs; the reason says what a bar lacks."""
-    line = required_line(modes, effect, alternative)
-    if not isinstance(line, UniformBeam):
+    waveguide = required_waveguide(modes, effect, alternative)
+    if not isinstance(waveguide, UniformBeam):
         raise InputError(f"{effect} was added to a bar, {reason}. Use it on beams.beam.")
-    return line
+    return waveguide

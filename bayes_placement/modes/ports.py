@@ -13,9 +13,9 @@ from jaxtyping import Array, Float, Inexact
 from .._shared.errors import InputError
 from ..positions.bounds import in_space
 from . import _cuts
-from .beams.uniform_line import UniformLine
+from .beams.waveguide import Waveguide
 from .modes import Modes
-from .original_modes import original_line
+from .original_modes import original_waveguide
 from .points import Points, along
 
 Coordinates = Float[Array, "*coordinate"]
@@ -74,7 +74,7 @@ def rotation(place: Coordinates, footprint: Any, direction: Any, modes: Modes) -
     """
     if in_space(modes.bounds()):
         return _rotation_of_footprint(place, footprint, direction, modes)
-    if original_line(modes).half_order == 1:
+    if original_waveguide(modes).half_order == 1:
         raise InputError(
             "A rotation of a bar was given, but a bar moves along its axis only and has none. "
             'Use beams.beam, or a motion that it has: motion="displacement".'
@@ -164,11 +164,11 @@ def cut(place: Coordinates, motion: str, modes: Modes) -> Points:
     Its two sides move against each other: by a `rotation` under the bending moment [N m] of a beam,
     by a `displacement` under the axial force [N] of a bar or the shear force [N] of a beam.
     """
-    line = original_line(modes)
-    order = line.half_order + (line.half_order == 2 and motion == "displacement")
-    sign = (-1) ** (order - line.half_order)
-    stiffness = jnp.broadcast_to(sign * jnp.asarray(line.stiffness, float), (1, 1))
-    at = _cuts.cut(line, [place], [order]).positions
+    waveguide = original_waveguide(modes)
+    order = waveguide.half_order + (waveguide.half_order == 2 and motion == "displacement")
+    sign = (-1) ** (order - waveguide.half_order)
+    stiffness = jnp.broadcast_to(sign * jnp.asarray(waveguide.stiffness, float), (1, 1))
+    at = _cuts.cut(waveguide, [place], [order]).positions
     return Points(at, stiffness, orders=(order,))
 
 
@@ -178,10 +178,10 @@ def cuts_over(extent: Extent, modes: Modes) -> Points:
     At each node it is the mean over what the node stands for, so that it does not jump where an
     instrument passes one.
     """
-    line, points = original_line(modes), extent.points
+    waveguide, points = original_waveguide(modes), extent.points
     places = len(points.position)
-    stiffness = jnp.broadcast_to(jnp.asarray(line.stiffness, float), (places, 1))
-    orders = (line.half_order,) * places
+    stiffness = jnp.broadcast_to(jnp.asarray(waveguide.stiffness, float), (places, 1))
+    orders = (waveguide.half_order,) * places
     assert points.combination is not None
     widths = extent.length * points.combination[0]
     return Points(points.position, stiffness, None, orders, points.combination, widths)
@@ -243,9 +243,9 @@ def _means(polynomials: int, nodes: int) -> tuple[Float[np.ndarray, "node"], Mea
 
 def is_beam(modes: Modes) -> bool:
     """Tell whether a structure is a uniform beam, which alone has slopes."""
-    return isinstance(modes, UniformLine) and modes.half_order == 2
+    return isinstance(modes, Waveguide) and modes.half_order == 2
 
 
 def is_line(modes: Modes) -> bool:
     """Tell whether a structure is a uniform bar or beam."""
-    return isinstance(modes, UniformLine)
+    return isinstance(modes, Waveguide)

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._shared.compiled import compiled
-from .beams.uniform_line import UniformLine
+from .beams.waveguide import Waveguide
 from .changed import ChangedModes, DerivedModes, changed
 from .finite_elements.nodal_modes import NodalModes, nodal_of
 from .modes import Modes, frequencies_of
@@ -50,8 +50,8 @@ def piece_shares(modes: Modes, pieces: int, count: int) -> PieceShares | None:
     """
     base = original(modes)
     nodal = nodal_of(base)
-    if isinstance(base, UniformLine):
-        shares = _of_line(base, pieces)
+    if isinstance(base, Waveguide):
+        shares = _of_waveguide(base, pieces)
     elif nodal is not None and nodal.regions.names:
         shares = _of_regions(nodal)
     else:
@@ -77,17 +77,17 @@ def _over(modes: Modes, matrix: Energies) -> Energies:
     return combination.T @ _over(modes.modes, matrix) @ combination
 
 
-def _of_line(line: UniformLine, pieces: int) -> PieceShares:
-    waves = line.wave_numbers[-1] / np.pi / pieces
+def _of_waveguide(waveguide: Waveguide, pieces: int) -> PieceShares:
+    waves = waveguide.wave_numbers[-1] / np.pi / pieces
     nodes, weights = np.polynomial.legendre.leggauss(_NODES + 4 * int(np.ceil(waves)))
     within = (np.arange(pieces)[:, None] + (nodes + 1) / 2) / pieces
     length, area, density, stiffness = (
         float(value)  # type: ignore[arg-type]
-        for value in (line.length, line.area, line.density, line.stiffness)
+        for value in (waveguide.length, waveguide.area, waveguide.density, waveguide.stiffness)
     )
-    read = compiled(_shapes_and_strains)(line, within.ravel() * length)
+    read = compiled(_shapes_and_strains)(waveguide, within.ravel() * length)
     shapes, strains = (np.asarray(rows).reshape(pieces, nodes.size, -1) for rows in read)
-    strains = strains / _elastic(line)
+    strains = strains / _elastic(waveguide)
     weights = (weights * length / (2 * pieces))[:, None]
     return PieceShares(
         stiffness * np.einsum("pnr,pns->prs", weights * strains, strains),
@@ -96,12 +96,12 @@ def _of_line(line: UniformLine, pieces: int) -> PieceShares:
 
 
 def _shapes_and_strains(
-    line: UniformLine, position: Float[np.ndarray | Array, "point"]
+    waveguide: Waveguide, position: Float[np.ndarray | Array, "point"]
 ) -> tuple[AtPoints, AtPoints]:
     """Shapes, and axial strains of a bar or curvatures of a beam."""
 
     def at(place: Float[Array, ""]) -> tuple[Array, Array]:
-        return line.shapes(place)[0], line.shapes(place, line.half_order)[0]
+        return waveguide.shapes(place)[0], waveguide.shapes(place, waveguide.half_order)[0]
 
     return jax.vmap(at)(jnp.asarray(position))
 

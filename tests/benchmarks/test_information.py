@@ -109,7 +109,7 @@ def seconds(function):
 def test_a_cell_beside_a_plain_loop_and_its_floor(page):
     least = floor()
     cells = some_cells(
-        information.KDE(draws=DRAWS, placement_draws=PLACES),
+        information.KernelGain(draws=DRAWS, placement_draws=PLACES),
         {"s1": np.linspace(0.1, 0.9, CELLS), "a1": [0.25]},
     )
     least(), cells()  # compiled
@@ -179,15 +179,15 @@ def test_a_map_on_two_workers(page):
 
 def spreads(points, monkeypatch):
     """Standard deviation [cell] of estimates from different seeds, all at once."""
-    estimator = information.KDE(sampling=points)
+    estimator = information.KernelGain(sampling=points)
 
     def gain(log_likelihood):
         replicates = log_likelihood.reshape(-1, estimator.replicates, log_likelihood.shape[-1])
         estimates = jax.vmap(lambda replicate: divergence(replicate).estimate)(replicates)
         return Gain(jnp.mean(estimates), estimates)
 
-    monkeypatch.setattr(information.kde, "divergence", gain)
-    larger = information.KDE(
+    monkeypatch.setattr(information.kernel_gain, "divergence", gain)
+    larger = information.KernelGain(
         draws=SEEDS * estimator.draws, sampling=points, replicates=SEEDS * estimator.replicates
     )
     sensor, actuator = np.array(FEW).T

@@ -40,7 +40,7 @@ def figure(name):
     dataset = bp.information_map(
         bar.placed(0.25, 0.25, None),
         {"s1": CELLS, "a1": CELLS},
-        estimator=information.KDE(),
+        estimator=information.KernelGain(),
         about=FIGURES[name][0],
     )
     print(f"\n{name}: {time.perf_counter() - began:.0f} s", end="")

@@ -105,7 +105,7 @@ def test_six_modes_name_a_hidden_effect_or_the_tool_says_that_they_cannot(shared
     experiment = bp.Experiment(
         declared.structure,
         sensors=list(declared.sensor.values()),
-        observe=bp.observe.Modes(measured),
+        observe=bp.observe.ModalData(measured),
         noise=bp.noise.FromVariance(),
     )
     began = time.perf_counter()

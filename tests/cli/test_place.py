@@ -224,10 +224,12 @@ def test_an_estimator_starts_from_the_posterior_of_earlier_data_and_tells_its_wa
 
     def kde(*, after):
         calls["after"] = after
-        return bp.information.KDE()
+        return bp.information.KernelGain()
 
-    monkeypatch.setitem(_estimators.ESTIMATORS, "kde", kde)
-    _, warned = _estimators.named_estimator("kde", study, study.measurement, 7, lambda: no_progress)
+    monkeypatch.setitem(_estimators.ESTIMATORS, "kernel-gain", kde)
+    _, warned = _estimators.named_estimator(
+        "kernel-gain", study, study.measurement, 7, lambda: no_progress
+    )
     assert warned == calls["after"].attrs["warnings"] == ["Look twice."]
     experiment, measurement, method, seed, _ = calls["arguments"]
     assert (experiment, measurement, seed) == (study.experiment, study.measurement, 7)
@@ -338,7 +340,7 @@ def test_places_in_space_are_nodes_far_apart_where_the_structure_moves():
     low, high = within.min(axis=0), within.max(axis=0)
     apart = np.abs(np.subtract(*places["s1"][:2]))
     np.testing.assert_allclose(apart, high - low, atol=1e-9)
-    learnt = bp.place(experiment, {"s1": places["s1"]}, estimator=bp.information.KDE(64, 32))
+    learnt = bp.place(experiment, {"s1": places["s1"]}, estimator=bp.information.KernelGain(64, 32))
     assert np.isfinite(learnt.table["information_gain"]).all()
 
 

@@ -77,7 +77,7 @@ def test_places_are_recorded_and_inferred(tree):
 
 def test_the_model_error_is_in_proportion_where_gains_err(measured):
     sized = {"frequency": None, "damping": None, "shape": None, "stiffness_and_mass": None}
-    error = bp.model_error.Modal(gain=0.05, **sized)
+    error = bp.model_error.Embedded(gain=0.05, **sized)
     experiment = small.experiment().with_model_error(error)
     exact = {
         unknown.name: np.zeros(unknown.distribution.shape())

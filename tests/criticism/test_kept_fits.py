@@ -15,10 +15,10 @@ from bayes_placement.criticism.missing import (
 )
 from bayes_placement.criticism.missing.explain import explain
 from bayes_placement.criticism.missing.improve import improve
-from bayes_placement.experiment.model_error import Modal
+from bayes_placement.experiment.model_error import Embedded
 from tests.criticism.small import MASS, experiment, measured
 
-ERRORS = Modal(shape=None, stiffness_and_mass=None, modes=3)
+ERRORS = Embedded(shape=None, stiffness_and_mass=None, modes=3)
 
 
 @pytest.fixture(scope="module")

@@ -22,7 +22,7 @@ from models import bar
 from tests.design import at_work
 from tests.effects import models_in_space
 
-SMALL = information.KDE(draws=128, placement_draws=64)
+SMALL = information.KernelGain(draws=128, placement_draws=64)
 PLACES = {"s1": np.array([0.25, 0.4, 0.6, 0.75]), "a1": np.array([0.3, 0.5, 0.75])}
 CELLS = 12
 

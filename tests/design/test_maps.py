@@ -18,7 +18,7 @@ from models import bar
 from tests.effects import models_in_space
 
 GRID = np.array([0.25, 0.4, 0.6, 0.75])
-SMALL = information.KDE(draws=128, placement_draws=64)
+SMALL = information.KernelGain(draws=128, placement_draws=64)
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +38,7 @@ def test_a_map_is_labelled(full_map):
         full_map["a1"].attrs["units"] == "m"
         and full_map["information_gain"].attrs["units"] == "nat"
     )
-    assert full_map.attrs["estimator"] == "KDE" and full_map.attrs["draws"] == 128
+    assert full_map.attrs["estimator"] == "KernelGain" and full_map.attrs["draws"] == 128
     assert (
         np.isfinite(full_map["information_gain"]).all()
         and (full_map["information_gain_se"] > 0).all()

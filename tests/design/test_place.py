@@ -10,7 +10,7 @@ from models import bar
 from tests.effects import models_in_space
 
 GRID = np.array([0.1, 0.25, 0.4, 0.5, 0.62, 0.75])
-SMALL = information.KDE(draws=128, placement_draws=64)
+SMALL = information.KernelGain(draws=128, placement_draws=64)
 
 
 @pytest.fixture(scope="module")

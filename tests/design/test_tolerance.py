@@ -10,7 +10,7 @@ from bayes_placement.design import tolerance
 from models import bar
 
 PLACES = np.array([0.2, 0.25, 0.3, 0.4])
-SMALL = information.KDE(draws=128, placement_draws=64)
+SMALL = information.KernelGain(draws=128, placement_draws=64)
 
 
 @pytest.fixture(scope="module")

@@ -80,7 +80,7 @@ def experiment(measurement, places, *, modulus=MODULUS, ratio=0.01, within=None,
     return bp.Experiment(
         bp.Structure(bar, damping=bp.damping.Modal(ratio)),
         sensors=[bp.Sensor(f"s{number}", at=place) for number, place in enumerate(at)],
-        observe=bp.observe.Modes(measurement),
+        observe=bp.observe.ModalData(measurement),
         noise=bp.noise.FromVariance(),
     )
 

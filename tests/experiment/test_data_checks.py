@@ -351,7 +351,7 @@ def test_modes_of_one_natural_frequency_are_a_fault_where_modes_are_observed():
         experiment = bp.Experiment(
             bp.Structure(modes, damping=bp.damping.Modal(0.01)),
             sensors=[],
-            observe=bp.observe.Modes(measured),
+            observe=bp.observe.ModalData(measured),
             noise=bp.noise.FromVariance(),
         )
         return experiment.check_data(measured)

@@ -27,7 +27,7 @@ SIZES = {
 
 @pytest.fixture(scope="module")
 def erroneous():
-    modal = bp.model_error.Modal(stiffness_and_mass=None)
+    modal = bp.model_error.Embedded(stiffness_and_mass=None)
     return experiment().fix(TRUTH).with_model_error(modal).fix(SIZES)
 
 
@@ -117,14 +117,14 @@ def test_pieces_show_what_differs_along_the_highest_mode():
         observe=bp.observe.Complex("acceleration"),
         noise=None,
     )
-    errors = setup.with_model_error(bp.model_error.Modal()).model_error
+    errors = setup.with_model_error(bp.model_error.Embedded()).model_error
     highest = errors.modes - 1
     shares = errors.stiffness_and_mass.shares.stiffness[:, highest, highest]
     assert np.sum(shares) == pytest.approx(1.0) and np.ptp(shares) > 0.5 * np.mean(shares)
 
 
 def test_every_leaf_is_an_unknown_of_the_model_with_its_density():
-    with_errors = experiment().with_model_error(bp.model_error.Modal())
+    with_errors = experiment().with_model_error(bp.model_error.Embedded())
     rows = [unknown for unknown in with_errors.unknowns if unknown.role is Role.MODEL_ERROR]
     kinds = {"frequency", "damping", "shape", "gain", "stiffness_and_mass"}
     assert {unknown.owner.kind for unknown in rows} == kinds
@@ -153,7 +153,7 @@ def test_every_leaf_is_an_unknown_of_the_model_with_its_density():
 
 def test_a_size_of_none_leaves_no_unknowns():
     absent = dict.fromkeys(("damping", "shape", "gain", "stiffness_and_mass"))
-    only = bp.model_error.Modal(**absent)
+    only = bp.model_error.Embedded(**absent)
     with_errors = experiment().with_model_error(only)
     kinds = {u.owner.kind for u in with_errors.unknowns if u.role is Role.MODEL_ERROR}
     assert kinds == {"frequency"}
@@ -164,7 +164,7 @@ def test_a_size_of_none_leaves_no_unknowns():
 @pytest.mark.parametrize("size", [0.0, -0.1, np.inf])
 def test_a_size_that_is_not_positive_is_refused(size):
     with pytest.raises(ValueError, match=r"positive|one finite number or a distribution"):
-        bp.model_error.Modal(frequency=size)
+        bp.model_error.Embedded(frequency=size)
 
 
 def test_uneven_stiffness_is_that_of_finite_elements():
@@ -180,7 +180,7 @@ def test_uneven_stiffness_is_that_of_finite_elements():
         frequency=LINES,
         observe=bp.observe.Complex("acceleration"),
         noise=None,
-        model_error=bp.model_error.Modal(**others, stiffness_and_mass=size, pieces=count),
+        model_error=bp.model_error.Embedded(**others, stiffness_and_mass=size, pieces=count),
     )
     of_pieces = {"stiffness": standard, "mass": np.zeros(count)}
     uneven = even.fix(
@@ -201,12 +201,12 @@ def test_uneven_stiffness_is_that_of_finite_elements():
 
 def test_a_piece_is_needed():
     with pytest.raises(ValueError, match="pieces=0"):
-        bp.model_error.Modal(pieces=0)
+        bp.model_error.Embedded(pieces=0)
 
 
 def test_a_transducer_that_the_errors_do_not_know_is_named(erroneous):
     extended = with_more_sensors(
-        experiment().fix(TRUTH).with_model_error(bp.model_error.Modal()), 1
+        experiment().fix(TRUTH).with_model_error(bp.model_error.Embedded()), 1
     )
     concrete = extended.fix(extended.nominal_values())
     with pytest.raises(ValueError, match="with_model_error"):
@@ -242,7 +242,7 @@ def frf_between(erroneous, values, port):
         frequency=concrete.frequency,
         observe=concrete.observe,
         noise=None,
-        model_error=bp.model_error.Modal(
+        model_error=bp.model_error.Embedded(
             **{n.split(".")[1]: v for n, v in SIZES.items()}, stiffness_and_mass=None
         ),
     )
@@ -265,7 +265,7 @@ def test_in_the_run_of_each_actuator_the_modes_have_frequencies_of_their_own():
         frequency=LINES,
         observe=bp.observe.Complex("acceleration"),
         noise=None,
-        model_error=bp.model_error.Modal(
+        model_error=bp.model_error.Embedded(
             frequency=0.01, damping=None, shape=0.05, gain=None, stiffness_and_mass=None, runs=0.003
         ),
     )

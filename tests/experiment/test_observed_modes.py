@@ -225,7 +225,7 @@ def test_what_needs_frfs_says_so():
         bp.Experiment(
             structure,
             sensors=[bp.Sensor(f"s{n}", at=at) for n, at in enumerate(PLACES)],
-            observe=bp.observe.Modes(measurement),
+            observe=bp.observe.ModalData(measurement),
             noise=bp.noise.FromVariance(),
         ).predict()
 
@@ -233,10 +233,10 @@ def test_what_needs_frfs_says_so():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"actuators": [bp.Actuator("a1", at=0.3)]}, "actuators= was given with observe.Modes"),
-        ({"frequency": [100.0]}, "frequency= was given with observe.Modes"),
+        ({"actuators": [bp.Actuator("a1", at=0.3)]}, "actuators= was given with observe.ModalData"),
+        ({"frequency": [100.0]}, "frequency= was given with observe.ModalData"),
         ({"noise": bp.noise.Gaussian(0.1)}, "noise.FromVariance of a known scale is needed"),
-        ({"force_levels": [1.0]}, "force_levels= was given with observe.Modes"),
+        ({"force_levels": [1.0]}, "force_levels= was given with observe.ModalData"),
     ],
 )
 def test_what_modes_do_not_need_is_refused(changes, words):

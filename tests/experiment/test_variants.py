@@ -135,7 +135,7 @@ def test_sensors_without_a_shape_are_left_out_and_the_model_error_stays():
         "gain": None,
         "stiffness_and_mass": None,
     }
-    of_frfs = experiment(bp.noise.Gaussian(0.1)).with_model_error(bp.model_error.Modal(**sizes))
+    of_frfs = experiment(bp.noise.Gaussian(0.1)).with_model_error(bp.model_error.Embedded(**sizes))
     modal = observing_modes(of_frfs, modes_at("s2"))
     assert list(modal.sensor) == ["s2"]
     errors = modal.model_error

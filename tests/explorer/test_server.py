@@ -304,7 +304,7 @@ def test_a_later_call_takes_the_page_up(page, tmp_path, monkeypatch):
 def test_what_has_no_curves_or_no_noise_is_refused():
     modes = bp.ModalParameters([160.0, 330.0], [0.1, 0.2], number=[1, 2])
     structure = small.experiment().structure
-    observe = bp.observe.Modes(modes)
+    observe = bp.observe.ModalData(modes)
     observing = bp.Experiment(structure, sensors=[], observe=observe, noise=None)
     with pytest.raises(InfeasibleError, match="FRFs are needed"):
         bp.explore(observing, modes, browser=False)

@@ -73,7 +73,7 @@ def test_a_worker_says_what_is_wrong_goes_on_and_is_stopped(worker):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("error", [None, bp.model_error.Modal()])
+@pytest.mark.parametrize("error", [None, bp.model_error.Embedded()])
 def test_steps_of_a_search_are_states_with_its_numbers(error):
     measurement = small.measured(MASS)
     experiment = small.experiment().with_model_error(error)

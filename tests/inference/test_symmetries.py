@@ -60,7 +60,7 @@ def test_other_unknowns_are_left_alone():
 def with_errors(experiment, seed):
     """The experiment with a model error of each kind, and values of all that is unknown."""
     erroneous = experiment.with_model_error(
-        bp.model_error.Modal(
+        bp.model_error.Embedded(
             frequency=0.02, damping=0.2, shape=0.1, gain=0.05, stiffness_and_mass=0.1
         )
     )

@@ -50,7 +50,7 @@ def experiment(shape, instruments):
         )  # fmt: skip
     damped = bp.Structure(modes, damping=bp.damping.Modal(0.03))
     if instruments != "FRFs":
-        observe, noise = bp.observe.Modes(of_modes), bp.noise.FromVariance()
+        observe, noise = bp.observe.ModalData(of_modes), bp.noise.FromVariance()
         return bp.Experiment(damped, sensors=sensors, observe=observe, noise=noise), of_modes
     made = bp.Experiment(
         damped,

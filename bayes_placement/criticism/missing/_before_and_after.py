@@ -37,7 +37,8 @@ def state_of(experiment: Experiment, measurement: Measurements) -> State:
         raise InputError(
             "An earlier state was given with modal parameters, and the later one with FRFs, or the "
             "other way round; the same is needed of both, since what the model does not know has "
-            "to cancel. Give modal parameters of both, with observe=observe.Modes(later), or FRFs."
+            "to cancel. Give modal parameters of both, with observe=observe.ModalData(later), "
+            "or FRFs."
         )
     if isinstance(measurement, Sequence) and not measurement:
         raise InputError(

@@ -80,7 +80,7 @@ def _sizes_at_bounds(hypothesis: Hypothesis) -> Iterator[str]:
             yield (
                 f"{unknown.name} ended at the upper edge of its prior, {size:.3g}: a larger model "
                 "error is no rival then, so that effects are claimed too easily. Look at the model "
-                "first; or widen that prior of model_error=bp.model_error.Modal()."
+                "first; or widen that prior of model_error=bp.model_error.Embedded()."
             )
 
 

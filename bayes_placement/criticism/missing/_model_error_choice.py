@@ -13,7 +13,7 @@ from ..._shared.processes import nothing
 from ..._shared.progress import Progress
 from ...effects.library import Library
 from ...experiment.experiment import Experiment
-from ...experiment.model_error import Modal, ModalErrors
+from ...experiment.model_error import Embedded, ModalErrors
 from ...experiment.noise import Data
 from ...inference.engines.empirical_bayes import Rival
 from ._compiled_ahead import compiled_ahead
@@ -87,7 +87,7 @@ class Question(NamedTuple):
         experiment: Experiment,
         data: Data,
         tried: Library[Experiment],
-        rival: Modal | None,
+        rival: Embedded | None,
         **settings: Any,
     ) -> "Question":
         """Return the question, the rival being the model error where the experiment has none."""

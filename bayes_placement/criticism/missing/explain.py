@@ -10,7 +10,7 @@ from ..._shared.progress import Progress, no_progress
 from ...effects.library import Library
 from ...experiment.data_checks.signal import check_signal
 from ...experiment.experiment import Experiment, Measurements
-from ...experiment.model_error import Modal
+from ...experiment.model_error import Embedded
 from ...inference.chi2 import LEVEL
 from ...inference.record import record
 from ..kept_fits import fits_kept_in
@@ -40,7 +40,7 @@ def explain(
     *,
     baseline: Measurements | None = None,
     candidates: Library[Experiment] | None = None,
-    model_error: Modal | None = Modal(),  # noqa: B008  it never changes
+    model_error: Embedded | None = Embedded(),  # noqa: B008  it never changes
     store: str | Path | None = None,
     progress: Progress = no_progress,
 ) -> Ranking:

@@ -18,7 +18,7 @@ from ...effects.library import Library, kind_of
 from ...experiment.data_checks.signal import check_signal
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.modal_parameters import ModalParameters
-from ...experiment.model_error import Modal
+from ...experiment.model_error import Embedded
 from ...experiment.variants import as_measured
 from ...inference.chi2 import LEVEL
 from ...inference.record import record
@@ -54,7 +54,7 @@ def improve(
     candidates: Library | None = None,
     level: float = LEVEL,
     most_effects: int = MOST_EFFECTS,
-    model_error: Modal | None = Modal(),  # noqa: B008  it never changes
+    model_error: Embedded | None = Embedded(),  # noqa: B008  it never changes
     store: str | Path | None = None,
     progress: Progress = no_progress,
 ) -> Ledger: ...
@@ -68,7 +68,7 @@ def improve(
     candidates: Library | None = None,
     level: float = LEVEL,
     most_effects: int = MOST_EFFECTS,
-    model_error: Modal | None = Modal(),  # noqa: B008  it never changes
+    model_error: Embedded | None = Embedded(),  # noqa: B008  it never changes
     store: str | Path | None = None,
     progress: Progress = no_progress,
 ) -> LedgerOfStates: ...
@@ -85,7 +85,7 @@ def improve(
     candidates: Library | None = None,
     level: float = LEVEL,
     most_effects: int = MOST_EFFECTS,
-    model_error: Modal | None = Modal(),  # noqa: B008  it never changes
+    model_error: Embedded | None = Embedded(),  # noqa: B008  it never changes
     store: str | Path | None = None,
     progress: Progress = no_progress,
 ) -> Ledger | LedgerOfStates:
@@ -160,7 +160,7 @@ class _Search(NamedTuple):
 
     experiment: Experiment
     tried: Library[Experiment]
-    model_error: Modal | None
+    model_error: Embedded | None
     level: float
     most_effects: int
 

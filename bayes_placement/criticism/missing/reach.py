@@ -8,7 +8,7 @@ from ..._shared.processes import rare_garbage_collection
 from ..._shared.progress import Progress, no_progress
 from ...experiment.data_checks.signal import check_signal
 from ...experiment.experiment import Experiment, Measurements
-from ...experiment.model_error import Modal
+from ...experiment.model_error import Embedded
 from ...experiment.noise import Data
 from ...inference.chi2 import LEVEL
 from ...inference.residuals_of_state import State
@@ -31,7 +31,7 @@ def reach(
     measurement: Measurements,
     *,
     baseline: Measurements | None = None,
-    model_error: Modal | None = Modal(),  # noqa: B008  it never changes
+    model_error: Embedded | None = Embedded(),  # noqa: B008  it never changes
     progress: Progress = no_progress,
 ) -> Reach:
     """Say where something missing may act, whatever it is: no list of effects is used.
@@ -104,7 +104,7 @@ def reach(
 
 
 def _as_before(
-    experiment: Experiment, data: Data, baseline: Measurements, rival: Modal | None
+    experiment: Experiment, data: Data, baseline: Measurements, rival: Embedded | None
 ) -> Hypothesis:
     """The model of two states as the earlier one tells it; with a model error if it needs one."""
     earlier = state_of(experiment, baseline)

@@ -10,16 +10,16 @@ from ...inference.divergence import (
 from .estimator import InformationWarning
 from .exact import Exact
 from .expected_gain import ExpectedGain
-from .kde import KDE
+from .kernel_gain import KernelGain
 from .separation import Separation
 
 __all__ = [
-    "KDE",
     "Alternative",
     "Divergence",
     "Exact",
     "ExpectedGain",
     "InformationWarning",
+    "KernelGain",
     "Separation",
     "from_evidence",
     "from_posterior_draws",

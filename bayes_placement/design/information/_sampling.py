@@ -69,7 +69,7 @@ def draws_of_replicate(draws: int, replicates: int) -> int:
     if replicates < 2 or draws // replicates < 2:
         raise InputError(
             f"draws={draws} in replicates={replicates} were given; at least two replicates of two "
-            "draws are needed, since their spread gives the error of the estimate: KDE(draws=1000, "
-            "replicates=4)."
+            "draws are needed, since their spread gives the error of the estimate: "
+            "KernelGain(draws=1000, replicates=4)."
         )
     return draws // replicates

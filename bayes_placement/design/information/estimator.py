@@ -141,7 +141,7 @@ def refuse_model_error(experiment: Experiment, known: Collection[str], estimator
         raise InfeasibleError(
             f"{estimator} was given an experiment with a model error ({strange[0]} is unknown); "
             "an exact model is needed, since this estimate integrates over the placement alone. "
-            "Use information.KDE(), which draws the errors as well, or "
+            "Use information.KernelGain(), which draws the errors as well, or "
             "experiment.with_model_error(None)."
         )
 
@@ -191,8 +191,8 @@ def known_noise(experiment: Experiment, estimator: str) -> Noise:
         stated = "noise=None" if noise is None else f"noise.{type(noise).__name__} of unknown level"
         raise InfeasibleError(
             f"{estimator} was given an experiment with {stated}; the output error of a "
-            "measurement to come is needed. Give noise.Gaussian(0.01), or use information.KDE() "
-            "without any."
+            "measurement to come is needed. Give noise.Gaussian(0.01), or use "
+            "information.KernelGain() without any."
         )
     return noise
 

@@ -41,11 +41,11 @@ class Exact(GainAboutParameters):
     nodes
         Gauss nodes for each coordinate of the placement.
     sampling
-        `sobol` or `plain`, see `KDE`.
+        `sobol` or `plain`, see `KernelGain`.
     replicates
         Independent sets of draws, whose spread is the error.
     after
-        Posterior of an earlier measurement, see `KDE`.
+        Posterior of an earlier measurement, see `KernelGain`.
 
     Examples
     --------

@@ -47,11 +47,11 @@ class ExpectedGain(GainAboutParameters):
     data_draws
         Simulated data, in each replicate.
     sampling
-        `sobol` or `plain`, see `KDE`.
+        `sobol` or `plain`, see `KernelGain`.
     replicates
         Independent sets of draws, whose spread is the error.
     after
-        Posterior of an earlier measurement, see `KDE`.
+        Posterior of an earlier measurement, see `KernelGain`.
 
     Examples
     --------

@@ -54,7 +54,7 @@ class Separation(Estimator):
     data_draws
         Simulated data of each explanation, in each replicate.
     sampling, replicates
-        See `KDE`.
+        See `KernelGain`.
 
     Raises
     ------

@@ -18,7 +18,7 @@ from .._candidates import Candidates
 from .._parameters_of_interest import nominal_values, with_parameters_of_interest
 from ..information.estimator import Estimator, InformationWarning
 from ..information.expected_gain import ExpectedGain
-from ..information.kde import KDE
+from ..information.kernel_gain import KernelGain
 from ._dispatch import run
 from .chunks import Task, chunks
 
@@ -65,7 +65,7 @@ class Evaluation(NamedTuple):
         """Settings with their defaults, as described in `information_map`."""
         thinned = experiment if lines is None else with_lines(experiment, lines)
         of_interest, stated = with_parameters_of_interest(thinned, about, nominal)
-        used = KDE() if estimator is None else estimator
+        used = KernelGain() if estimator is None else estimator
         return cls(of_interest, used, integer_seed(key), stated, executor, store, chunk, progress)
 
     def at(self, moved: Sequence[Candidates], cells: np.ndarray) -> np.ndarray:

@@ -69,7 +69,7 @@ def identify(
     Returns
     -------
     ModalParameters
-        The modes, as `observe.Modes` takes them.
+        The modes, as `observe.ModalData` takes them.
 
     Raises
     ------

@@ -46,7 +46,7 @@ class MAP(Engine):
 
     Where the model is one of least squares (placement latent, Gaussian noise), the curvature is
     that of Gauss and Newton; else it is the Hessian, with its eigenvalues made positive. Where
-    errors have unknown sizes (`model_error.Modal`), these are the sizes of greatest evidence.
+    errors have unknown sizes (`model_error.Embedded`), these are the sizes of greatest evidence.
 
     Parameters
     ----------

@@ -19,7 +19,7 @@ class KDE(Marginal):
     """Placement integrated by a kernel density estimate of z given h, Eqs. (29) and (31).
 
     A way to treat placement when data are inferred from; the estimator of expected information that
-    uses the same kernels is `information.KDE`.
+    uses the same kernels is `information.KernelGain`.
 
     Parameters
     ----------

@@ -8,9 +8,9 @@ from numpyro.distributions import Normal, Uniform
 from ..._shared.dimensions import Parameter
 from ...positions.tolerances import Box, Segment
 from .._gate import is_number
+from ._bar_or_beam import NominalStructure
 from ._finite_elements import FiniteElementStructure
 from ._json_fields import FieldRule, between, numbers
-from ._line import NominalStructure
 from ._measurement import RecordedTransducer
 
 

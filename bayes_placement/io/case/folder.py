@@ -10,11 +10,11 @@ from ...experiment.transducers import Actuator, Sensor
 from ...positions.channel import Channel
 from .._gate import path_of, reading
 from ..model import Study
+from ._bar_or_beam import NominalStructure, nominal_structure, structure
 from ._effects import NAME, with_effects
 from ._inside import inside
 from ._json_fields import JsonObject, check_distinct, choice, integer, load
 from ._known_fields import check_known
-from ._line import NominalStructure, nominal_structure, structure
 from ._measurement import RecordedTransducer, settings
 from ._runs import Runs, read_runs
 from ._transducers import angles, delay, directions_rule, gain, position, position_rule

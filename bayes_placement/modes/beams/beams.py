@@ -16,13 +16,13 @@ from ..._shared.sites import check_numbers, is_open, is_unknown, unit
 from ..modes import AxisShapes, Coordinates
 from ..scalars import check_scalar
 from . import _beam_roots
-from .uniform_line import UniformLine
+from .waveguide import Waveguide
 from .waves import cosine_and_sine
 
 _SYNONYMS = {"clamped": "fixed", "supported": "pinned"}
 
 
-class UniformBar(UniformLine):
+class UniformBar(Waveguide):
     """Axial modes of a uniform bar; made by `bar`.
 
     Examples
@@ -56,7 +56,7 @@ class UniformBar(UniformLine):
         return (scale * wave / jnp.sqrt(mean_square * mass))[None, :]
 
 
-class UniformBeam(UniformLine):
+class UniformBeam(Waveguide):
     """Bending modes of a uniform Euler-Bernoulli beam; made by `beam`.
 
     Examples

@@ -8,10 +8,10 @@ from bayes_placement.criticism.missing import _shared_fits
 from bayes_placement.criticism.missing.as_given import fitted_as_given
 from bayes_placement.criticism.missing.improve import improve
 from bayes_placement.effects import library
-from bayes_placement.experiment.model_error import Modal
+from bayes_placement.experiment.model_error import Embedded
 from tests.criticism.small import MASS, experiment, measured
 
-ERRORS = Modal(shape=None, stiffness_and_mass=None, modes=3)
+ERRORS = Embedded(shape=None, stiffness_and_mass=None, modes=3)
 
 
 @pytest.mark.parametrize("errors", [None, ERRORS])

@@ -25,7 +25,7 @@ def imperfect(seed, *hidden):
 
     What is hidden adds its errors after those of the bar, which stay as they are.
     """
-    declared = bp.model_error.Modal(**SIZES, stiffness_and_mass=None)
+    declared = bp.model_error.Embedded(**SIZES, stiffness_and_mass=None)
     erroneous = experiment().fix(TRUTH).with_model_error(declared)
     for effect in hidden:
         erroneous = erroneous + effect

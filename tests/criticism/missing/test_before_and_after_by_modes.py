@@ -59,7 +59,7 @@ def test_a_mass_that_moves_modes_less_than_the_model_errs_is_new_where_it_is():
 
 @pytest.mark.long
 def test_one_state_of_modes_does_not_tell_a_change_from_an_error():
-    later = observing(state(1)).with_model_error(bp.model_error.Modal())
+    later = observing(state(1)).with_model_error(bp.model_error.Embedded())
     words = "modes of this one state, which do not tell"
     exact = null_hypothesis(later.with_errors(None), later.observe.stated())
     assert not any(words in sentence for sentence in cautions_of_fit(exact))
@@ -70,7 +70,7 @@ def test_one_state_of_modes_does_not_tell_a_change_from_an_error():
 
 
 def test_an_earlier_state_has_the_modes_of_which_the_model_has_errors():
-    later = observing(state(2)).with_model_error(bp.model_error.Modal())
+    later = observing(state(2)).with_model_error(bp.model_error.Embedded())
     assert later.model_error.modes == MODES
     earlier = state_of(later, state(1, MODES + 1).channels(["s2", "s0"]))
     np.testing.assert_array_equal(
@@ -86,7 +86,7 @@ def test_each_measured_mode_has_an_error_though_it_fell_by_an_eighth():
     fallen = state(1).natural_frequency * np.r_[np.ones(MODES - 1), 0.88]
     measured = bp.ModalParameters(fallen, 1e-3 * fallen, number=range(1, MODES + 1))
     declared = modal_bars.experiment(measured, ())
-    errors = declared.with_model_error(bp.model_error.Modal()).model_error
+    errors = declared.with_model_error(bp.model_error.Embedded()).model_error
     assert errors.modes == MODES
 
 

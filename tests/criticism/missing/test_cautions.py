@@ -51,7 +51,7 @@ def test_a_fit_that_a_single_start_reached_is_doubted(fitted):
 
 
 def test_a_model_error_as_large_as_its_prior_allows_is_doubted(fitted):
-    known = fitted.problem.experiment.with_model_error(bp.model_error.Modal())
+    known = fitted.problem.experiment.with_model_error(bp.model_error.Embedded())
     problem = problem_with_errors(fitted, known.model_error)
     sampled = SampledPosterior(np.zeros((1, problem.dimension)), 0.0, 0.0)
     at_median = replace(fitted, problem=problem, has_errors=True)

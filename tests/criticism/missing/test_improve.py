@@ -252,7 +252,7 @@ def test_model_error_is_a_rival_of_what_no_candidate_explains():
 @pytest.mark.long
 def test_beside_a_declared_model_error_three_effects_are_found(candidates):
     delay = effects.time_delay(4e-5)
-    small = bp.model_error.Modal(
+    small = bp.model_error.Embedded(
         frequency=1e-4, damping=None, shape=None, gain=None, stiffness_and_mass=None
     )
     erring = experiment().with_model_error(small)

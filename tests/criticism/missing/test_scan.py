@@ -70,7 +70,7 @@ def test_a_point_is_transferred_by_names():
     """Of two attachments the new one may come first, as what they add to a model error does."""
     spring = bp.effects.ground_spring(dist.Uniform(0.1, 0.9), dist.LogUniform(1e3, 1e6))
     mass = bp.effects.point_mass(dist.Uniform(0.1, 0.9), dist.Uniform(0.0, 0.5))
-    imperfect = experiment().with_model_error(bp.model_error.Modal())
+    imperfect = experiment().with_model_error(bp.model_error.Embedded())
     data = imperfect.data(measured())
     for first, second in ((spring, mass), (mass, spring)):
         before = Problem(imperfect + first, data)

@@ -21,7 +21,7 @@ SIZES = {"frequency": 0.01, "damping": 0.2, "shape": 0.05, "gain": 0.01, "stiffn
 
 def screened(*hidden, seed=1):
     """The fit with model error, and all single effects, of a bar that is not as its model."""
-    errors = experiment().with_model_error(bp.model_error.Modal(**SIZES)).model_error
+    errors = experiment().with_model_error(bp.model_error.Embedded(**SIZES)).model_error
     data = experiment().data(measured(imperfect(seed, *hidden), seed + 1))
     library = effects.library(experiment(), ["point_mass", "gain_error", "time_delay"])
     candidates = candidates_of(experiment(), library).effects

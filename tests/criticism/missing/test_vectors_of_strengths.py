@@ -73,7 +73,7 @@ def test_a_vector_is_as_promising_beside_a_model_error_as_a_fit_of_it_gains():
     hidden = effects.residual_modes(np.array([[1e-9], [-2e-9]]))
     exact = null_of(experiment(), measured(hidden, seed=5))
     null = with_errors(
-        exact, experiment().with_model_error(bp.model_error.Modal(**SIZES)).model_error
+        exact, experiment().with_model_error(bp.model_error.Embedded(**SIZES)).model_error
     )
     (candidate,) = scanned([(exact, effects.residual_modes(VECTOR))], lambda: None)
     model = _ErroneousModel(null)

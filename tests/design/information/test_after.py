@@ -211,7 +211,7 @@ def test_what_stays_mounted_is_known_by_the_measurement():
 
 @pytest.mark.parametrize(
     "estimator",
-    [information.KDE(draws=64, placement_draws=64), information.Exact(draws=64, nodes=8)],
+    [information.KernelGain(draws=64, placement_draws=64), information.Exact(draws=64, nodes=8)],
 )
 def test_each_estimator_goes_on_from_a_posterior(estimator):
     """Nothing is left to be learnt of what is known, and the nominal values are its means."""
@@ -236,7 +236,7 @@ def test_nominal_values_are_the_means_after_the_measurement():
     experiment = bar.placed(0.25, 0.3, None)
     rng = np.random.default_rng(2)
     after = {name: rng.uniform(0.02, 0.03, 50) for name in RATIOS}
-    estimator = information.KDE(draws=64, placement_draws=64, after=after)
+    estimator = information.KernelGain(draws=64, placement_draws=64, after=after)
     means = {name: float(values.mean()) for name, values in after.items()}
     places = {"s1": [0.25], "a1": [0.25]}
     learnt = bp.information_map(experiment, places, estimator=estimator)
@@ -256,7 +256,7 @@ def sizes(estimator):
 
 def test_draws_that_lack_a_parameter_are_refused():
     experiment = bar.placed(0.25, 0.3, bp.noise.Gaussian(0.05))
-    estimator = information.KDE(after={RATIOS[0]: np.ones(4)})
+    estimator = information.KernelGain(after={RATIOS[0]: np.ones(4)})
     with pytest.raises(ValueError, match=r"Draws of .*ratio.1 were given, but .*ratio.2 as"):
         estimator.plan(experiment, 0)
 

@@ -66,9 +66,9 @@ NOISE = bp.noise.Gaussian(0.02)
 ESTIMATES = {
     "KDE where modes are known": (
         with_ratio,
-        lambda low: information.KDE(draws=32, placement_draws=16),
+        lambda low: information.KernelGain(draws=32, placement_draws=16),
     ),
-    "KDE": (with_masses, lambda low: information.KDE(draws=32, placement_draws=16)),
+    "KDE": (with_masses, lambda low: information.KernelGain(draws=32, placement_draws=16)),
     "Exact": (
         lambda low: with_masses(low, bp.noise.Gaussian(low)),
         lambda low: information.Exact(draws=32, nodes=4),

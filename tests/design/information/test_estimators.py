@@ -41,7 +41,7 @@ def estimated(estimator, experiment, seed=0, **nominal):
 )
 def test_kde_has_the_numbers_of_the_paper(kernel, ratios, places, points):
     experiment = bar.placed(*places, noise=None, structure=bar.bar(*ratios))
-    gain, error = estimated(information.KDE(kernel=kernel, sampling=points), experiment)
+    gain, error = estimated(information.KernelGain(kernel=kernel, sampling=points), experiment)
     mean, spread = TABLE[kernel, ratios, places]
     assert 0 < error < 2 * spread
     assert abs(gain - mean) < 4 * np.hypot(error, spread / np.sqrt(20))
@@ -50,10 +50,10 @@ def test_kde_has_the_numbers_of_the_paper(kernel, ratios, places, points):
 def test_products_of_modes_are_the_responses():
     """The short way in single precision beside the long one in double."""
     experiment = bar.placed(*P2, noise=bp.noise.Gaussian(0.02))
-    estimator = information.KDE(draws=64, placement_draws=100)
+    estimator = information.KernelGain(draws=64, placement_draws=100)
     short, _ = estimated(estimator, experiment)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(information.kde._modal_products, "factorise", lambda _: False)
+        patch.setattr(information.kernel_gain._modal_products, "factorise", lambda _: False)
         long, _ = estimated(estimator, experiment)
     assert short == pytest.approx(long, rel=1e-4)
 
@@ -70,10 +70,10 @@ def test_products_serve_all_force_levels_of_a_linear_structure():
         force_levels=[0.1, 1.0],
     )
     assert factorise(experiment)
-    estimator = information.KDE(draws=64, placement_draws=100)
+    estimator = information.KernelGain(draws=64, placement_draws=100)
     by_products, _ = estimated(estimator, experiment)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(information.kde._modal_products, "factorise", lambda _: False)
+        patch.setattr(information.kernel_gain._modal_products, "factorise", lambda _: False)
         by_responses, _ = estimated(estimator, experiment)
     assert by_products == pytest.approx(by_responses, rel=1e-4)
 
@@ -203,8 +203,12 @@ def certain(noise):
 @pytest.mark.parametrize(
     ("estimator", "make", "message"),
     [
-        (information.KDE(), known, r"no unknown parameter; at least one is needed"),
-        (information.KDE(), lambda: certain(None), r"no position or angle is a distribution"),
+        (information.KernelGain(), known, r"no unknown parameter; at least one is needed"),
+        (
+            information.KernelGain(),
+            lambda: certain(None),
+            r"no position or angle is a distribution",
+        ),
         (information.Exact(), lambda: bar.placed(*P2, None), r"noise=None; the output error"),
         (information.ExpectedGain(), lambda: certain(None), r"ExpectedGain was given .*noise=None"),
         (
@@ -218,12 +222,12 @@ def certain(noise):
             r"noise.Gaussian of unknown level",
         ),
         (
-            information.KDE(sampling="halton"),
+            information.KernelGain(sampling="halton"),
             lambda: bar.placed(*P2, None),
             r"sampling='halton' .*'sobol' or 'plain'",
         ),
         (
-            information.KDE(draws=3),
+            information.KernelGain(draws=3),
             lambda: bar.placed(*P2, None),
             r"draws=3 in replicates=4 were given; at least two",
         ),
@@ -236,4 +240,4 @@ def test_what_cannot_be_estimated_is_refused(estimator, make, message):
 
 def test_a_kernel_that_does_not_exist_is_refused():
     with pytest.raises(ValueError, match=r"no kernel 'cosine'. The kernels are soize and"):
-        information.KDE(kernel="cosine")
+        information.KernelGain(kernel="cosine")

@@ -11,11 +11,11 @@ from bayes_placement.design.information._prior_knowledge import prior_knowledge
 from models import bar
 
 PLACES = {"s1": [0.25], "a1": [0.6]}
-SMALL = information.KDE(draws=256, placement_draws=256)
+SMALL = information.KernelGain(draws=256, placement_draws=256)
 
 
 def with_errors(size):
-    only = bp.model_error.Modal(
+    only = bp.model_error.Embedded(
         frequency=size, damping=None, shape=None, gain=None, stiffness_and_mass=None
     )
     return bar.placed(0.3, 0.3, None).with_model_error(only)
@@ -39,13 +39,15 @@ def test_errors_are_drawn_besides_the_placement_and_leave_less_to_learn():
 
 @pytest.mark.parametrize("estimator", [information.Exact(), information.ExpectedGain()])
 def test_other_estimates_refuse_a_model_error(estimator):
-    noisy = bar.placed(0.3, 0.3, bp.noise.Gaussian(0.05)).with_model_error(bp.model_error.Modal())
+    noisy = bar.placed(0.3, 0.3, bp.noise.Gaussian(0.05)).with_model_error(
+        bp.model_error.Embedded()
+    )
     with pytest.raises(InfeasibleError, match="draws the errors"):
         gain(noisy, estimator)
 
 
 def test_errors_of_modes_stay_known_and_those_at_a_moved_sensor_do_not():
-    experiment = bar.placed(0.3, 0.3, None).with_model_error(bp.model_error.Modal())
+    experiment = bar.placed(0.3, 0.3, None).with_model_error(bp.model_error.Embedded())
     draws = {
         unknown.name: np.random.default_rng(0).standard_normal((50, *unknown.distribution.shape()))
         for unknown in experiment.unknowns

@@ -10,7 +10,7 @@ from bayes_placement.design.information import _sampling
 from models import bar
 from tests.design.information.linear import linear_experiment
 
-SMALL = information.KDE(draws=64, placement_draws=50)
+SMALL = information.KernelGain(draws=64, placement_draws=50)
 PLACES = {"s1": [0.2, 0.25, 0.4]}
 OBSERVATIONS = {
     "amplitudes": bp.observe.LogAmplitude("velocity"),

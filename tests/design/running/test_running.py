@@ -91,7 +91,7 @@ def test_a_file_says_by_itself_what_is_in_it(full_store, full_map):
     cells = []
     for path in full_store.iterdir():
         with np.load(path) as arrays:
-            assert "'estimator': 'KDE'" in str(arrays["settings"])
+            assert "'estimator': 'KernelGain'" in str(arrays["settings"])
             assert "'draws': 128" in str(arrays["settings"])
             where = {name: float(arrays[f"recorded.{name}"][0]) for name in ("s1", "a1")}
             cell = full_map.sel(where)
@@ -200,8 +200,10 @@ def test_each_that_determines_a_result_is_in_its_name(monkeypatch):
     (pair, *_), variants = small_maps.chunks(size=2), further
     variants += [
         small_maps.chunks(seed=1)[0],
-        small_maps.chunks(information.KDE(draws=128, placement_draws=65))[0],
-        small_maps.chunks(information.KDE(draws=128, placement_draws=64, sampling="plain"))[0],
+        small_maps.chunks(information.KernelGain(draws=128, placement_draws=65))[0],
+        small_maps.chunks(information.KernelGain(draws=128, placement_draws=64, sampling="plain"))[
+            0
+        ],
         small_maps.chunks(places=places)[0],
         pair,
         pair._replace(cells=pair.cells[:1]),  # filled up: of another length
@@ -339,7 +341,7 @@ def test_what_helpers_find_is_the_same_and_kept(helped, full_map, store, counted
 
 
 def test_what_cannot_travel_is_computed_here(helped, counted):
-    class Inner(information.KDE):
+    class Inner(information.KernelGain):
         """A class that no other process can import."""
 
     cells = bp.information_map(
@@ -422,7 +424,7 @@ def test_what_cannot_travel_is_refused(processes):
             return {}
 
         def plan(self, experiment, seed, moved=()):
-            return information.KDE(draws=8, placement_draws=8).plan(experiment, seed)
+            return information.KernelGain(draws=8, placement_draws=8).plan(experiment, seed)
 
     with pytest.raises(ValueError, match=r"cannot be sent to another process: .*Inner"):
         bp.information_map(
@@ -433,7 +435,7 @@ def test_what_cannot_travel_is_refused(processes):
 MODEL = """
 import equinox as eqx
 import numpy as np
-from bayes_placement.design.information import KDE
+from bayes_placement.design.information import KernelGain
 from bayes_placement.design.information.estimator import Estimator
 from models import bar
 
@@ -444,7 +446,7 @@ class Mine(Estimator):
         return {}
 
     def plan(self, experiment, seed, moved=()):
-        return KDE(draws=64, placement_draws=32).plan(experiment, seed)
+        return KernelGain(draws=64, placement_draws=32).plan(experiment, seed)
 
 mine = Mine()
 experiment = bar.placed(0.3, 0.3, None)

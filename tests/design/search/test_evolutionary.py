@@ -17,7 +17,7 @@ from tests.design.landscapes import Hills, Modal, Nearness, learnt
 from tests.effects import models_in_space
 
 ANYWHERE = bp.positions.Segment(0.5, within=0.46)
-SMALL = information.KDE(draws=128, placement_draws=64)
+SMALL = information.KernelGain(draws=128, placement_draws=64)
 
 
 SHORT = design.Evolutionary(scattered=2, generations=3)

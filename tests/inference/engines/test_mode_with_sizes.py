@@ -15,7 +15,7 @@ ERRORS = 0.01 * np.array([1.2, -0.7, 0.4, -1.5, 0.9])
 
 def only_frequency(size):
     absent = dict.fromkeys(("damping", "shape", "gain", "stiffness_and_mass"))
-    return bp.model_error.Modal(frequency=size, **absent)
+    return bp.model_error.Embedded(frequency=size, **absent)
 
 
 def measured(true, ratio=0.005):

@@ -70,7 +70,7 @@ _UNCERTAIN = {
 }
 
 
-class LineStructure(NamedTuple):
+class BarOrBeam(NamedTuple):
     """The nominal bar or beam of a case.
 
     Parameters
@@ -94,7 +94,7 @@ class LineStructure(NamedTuple):
     springs: list[JsonObject]
 
 
-NominalStructure = LineStructure | FiniteElementStructure
+NominalStructure = BarOrBeam | FiniteElementStructure
 """The nominal structure of a case."""
 
 
@@ -117,7 +117,7 @@ def nominal_structure(case: JsonObject) -> NominalStructure:
     )
     suspended = ends == _SUSPENDED or fields.has("suspension")
     springs = fields.objects("suspension", least=1) if suspended else []
-    return LineStructure(fields, length, kind.direction, build, springs)
+    return BarOrBeam(fields, length, kind.direction, build, springs)
 
 
 def _section(fields: JsonObject, direction: int) -> dict[str, float]:
@@ -154,7 +154,7 @@ def _nominal_values(fields: JsonObject) -> dict[str, float]:
     }
 
 
-def _modes_kept(nominal: LineStructure, values: dict[str, float], highest: float) -> int:
+def _modes_kept(nominal: BarOrBeam, values: dict[str, float], highest: float) -> int:
     limit = 2 * np.pi * _BAND_FACTOR * highest
     material = {
         "youngs_modulus": values["youngs_modulus_Pa"],
@@ -173,7 +173,7 @@ def _modes_kept(nominal: LineStructure, values: dict[str, float], highest: float
     )
 
 
-def _suspension(nominal: LineStructure, values: dict[str, float]) -> list[Attached]:
+def _suspension(nominal: BarOrBeam, values: dict[str, float]) -> list[Attached]:
     """Springs, and dashpots that damp the structure's bounce on them as its other modes."""
     position = between(0.0, nominal.length, "m", 0.2 * nominal.length)
     places = [float(spring.value("x_m", position)) for spring in nominal.springs]

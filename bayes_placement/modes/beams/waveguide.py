@@ -1,4 +1,4 @@
-"""Static response of uniform bars and beams: every static shape is a polynomial."""
+"""A waveguide, a uniform bar or beam, and its static response: each shape is a polynomial."""
 
 import abc
 from typing import Any
@@ -18,7 +18,7 @@ from . import _beam_statics
 Position = Float[Array, ""] | float | int
 
 
-class UniformLine(Modes):
+class Waveguide(Modes):
     """A uniform bar or beam, for which every static shape is a polynomial.
 
     Inertia relief of rigid-body modes: static shapes are orthogonal to them in mass, and a force

@@ -29,7 +29,7 @@ RANGE = 30
 """Powers of two up to which single precision needs no scale: squares of outputs do not overflow."""
 
 
-class KDE(GainAboutParameters):
+class KernelGain(GainAboutParameters):
     """The paper's estimate of the information gain, by kernel densities of the response.
 
     It estimates the Kullback-Leibler divergence of the posterior of the parameters from their prior
@@ -65,8 +65,8 @@ class KDE(GainAboutParameters):
 
     Examples
     --------
-    >>> bp.information.KDE(draws=500, placement_draws=200)
-    KDE(draws=500, placement_draws=200)
+    >>> bp.information.KernelGain(draws=500, placement_draws=200)
+    KernelGain(draws=500, placement_draws=200)
     """
 
     draws: int = eqx.field(static=True, default=1000)
@@ -77,8 +77,8 @@ class KDE(GainAboutParameters):
         check_fields(self)
         if self.kernel not in KERNELS:
             raise InputError(
-                f"information.KDE has no kernel {self.kernel!r}. The kernels are "
-                f"{' and '.join(KERNELS)}: KDE(kernel='soize')."
+                f"information.KernelGain has no kernel {self.kernel!r}. The kernels are "
+                f"{' and '.join(KERNELS)}: KernelGain(kernel='soize')."
             )
 
     def plan(self, experiment: Experiment, seed: int, moved: Sequence[str] = ()) -> Plan:
@@ -93,9 +93,9 @@ class KDE(GainAboutParameters):
         placed = placement_distributions(experiment, knowledge.names)
         if not placed:
             raise InfeasibleError(
-                "information.KDE estimates the spread that unknown placement gives to z, but no "
-                "position or angle is a distribution. Declare one, at=positions.Segment(0.25, "
-                "within=0.04), or use information.Exact()."
+                "information.KernelGain estimates the spread that unknown placement gives to z, "
+                "but no position or angle is a distribution. Declare one, "
+                "at=positions.Segment(0.25, within=0.04), or use information.Exact()."
             )
         count = _sampling.draws_of_replicate(self.draws, self.replicates)
         sizes = (self.replicates, count, knowledge.dimension)
