@@ -432,9 +432,7 @@ def photograph():
 @functools.cache
 def fitted():
     """Response and error before and after."""
-    from bayes_placement.criticism.fitted import fitted_steps
-
-    return fitted_steps(ledger(), known_sensor(), known_sensor().nominal_measurement())
+    return ledger().fits
 
 
 # ---------------------------------------------------------------------- calls by the registries
@@ -1890,15 +1888,15 @@ def calls_of_plots():
             plots.ledger.error_falls, {"ledger": thing(ledger()), **AX}
         ),
         "plots.ledger.before_and_after_pages": Call(
-            plots.ledger.before_and_after_pages, {"fits": mapping(fitted())}
+            plots.ledger.before_and_after_pages, {"result": mapping(fitted())}
         ),
         "plots.ledger.before_and_after": Call(
-            plots.ledger.before_and_after, {"fits": mapping(fitted()), **AXES}
+            plots.ledger.before_and_after, {"result": mapping(fitted()), **AXES}
         ),
         "plots.modes.compared": Call(
             plots.modes.compared,
             {
-                "fits": mapping(
+                "result": mapping(
                     {"as given": modes_beside_a_model()}, empty={}, **{"of frfs": fitted()}
                 ),
                 **AXES,
@@ -1908,7 +1906,7 @@ def calls_of_plots():
             plots.misfit.residual_map, {"misfit": thing(misfit()), **AXES}
         ),
         "plots.misfit.residual_maps": Call(
-            plots.misfit.residual_maps, {"fits": mapping(fitted()), **AXES}
+            plots.misfit.residual_maps, {"result": mapping(fitted()), **AXES}
         ),
         "plots.misfit.discrepancy": Call(
             plots.misfit.discrepancy, {"misfit": thing(misfit()), **AXES}

@@ -10,10 +10,7 @@ from .._shared.compiled import compiled
 from ..experiment.experiment import FORCE_LEVEL, Experiment, Measurements
 from ..inference.bands import amplitude
 from ..inference.results import outputs
-from ..positions.vectors import Recorded
-from .locations import effect_locations
-from .missing.ledger import Ledger
-from .values import in_scalars, prediction, with_arrays
+from .values import prediction, with_arrays
 
 AS_DRAWN, AS_GIVEN = "as drawn", "as given"
 """Names of the model at recorded positions and means of priors, and of the same once fitted."""
@@ -108,55 +105,6 @@ def compared(experiment: Experiment, at_values: OutputsAtValues) -> xr.Dataset:
     }
     labels = outputs(experiment, {}, ()).drop_vars("part", errors="ignore").coords
     return xr.Dataset(variables, coords=labels)
-
-
-def fitted_steps(
-    ledger: Ledger, experiment: Experiment, measurement: Measurements
-) -> dict[str, xr.Dataset]:
-    """Return what the model predicts as drawn, as given and with all effects that were added.
-
-    As drawn, positions are those recorded and all else has the mean of its prior; as given, all
-    that is unknown was fitted.
-
-    Parameters
-    ----------
-    ledger
-        What `improve` returned.
-    experiment
-        The experiment as it was given to `improve`.
-    measurement
-        What was measured.
-
-    Returns
-    -------
-    dict
-        By a name for each model, what `fitted` returns at the means of its unknowns.
-
-    Examples
-    --------
-    >>> from bayes_placement.criticism.fitted import fitted_steps
-    >>> list(fitted_steps(ledger, experiment, surprise))
-    ['as drawn', 'as given', 'with point_mass']
-    """
-    first, last = ledger.steps[0], ledger.steps[-1]
-    drawn = in_scalars(experiment.nominal_values())
-    fits = {AS_DRAWN: fitted(experiment, measurement, drawn)}
-    fits[AS_GIVEN] = fitted(first.experiment or experiment, measurement, first.values)
-    if last.effects:
-        name = f"with {' and '.join(last.effects)}"
-        fits[name] = fitted(last.experiment or ledger.experiment, measurement, last.values)
-    return fits
-
-
-def effect_places(ledger: Ledger) -> dict[str, Recorded]:
-    """Return where the effects that were added sit [m], by name; those without a place not.
-
-    Parameters
-    ----------
-    ledger
-        What `improve` returned.
-    """
-    return effect_locations(ledger.experiment, ledger.steps[-1].values)
 
 
 def _over_parts(squares: np.ndarray, part: int | None) -> Any:

@@ -1,21 +1,33 @@
 """Panels of measured outputs and those of fitted models, and of the errors between them."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
 from ..criticism.fitted import AS_DRAWN
+from ..criticism.missing.ledger import Ledger
 from ._colours import AFTER, BEFORE, DATA, FLOOR, INK
 from ._figures import channels, in_decibels, phase_axis, unbroken
+
+Fits: TypeAlias = Ledger | Mapping[str, xr.Dataset]
+"""A ledger, or what its models predict by their names."""
 
 DASHES = (0, (4, 2))
 """Style of the line of a model as drawn."""
 
+OUTSIDE = f"{AS_DRAWN}, beyond the edge"
+"""Label of the marks where that model lies outside of a panel."""
+
 MARGIN = 0.06
 """Share of what is shown that stays free above and below."""
+
+
+def fits_of(result: Fits) -> Mapping[str, xr.Dataset]:
+    """What models predict, by their names."""
+    return result.fits if isinstance(result, Ledger) else result
 
 
 def colours_of(models: Mapping[str, xr.Dataset]) -> dict[str, str]:
@@ -46,7 +58,20 @@ def draw_response(panel: Axes, channel: xr.Dataset, name: str, color: str) -> No
     panel.set_ylabel(label)
     if color != FLOOR:
         measured, _ = in_decibels(channel["measured"], channel["measured"].attrs["units"])
-        show_all_of(panel, [values.values, measured.values])
+        fitted = [curve.get_ydata() for curve in panel.lines if curve.get_color() != FLOOR]
+        show_all_of(panel, [*map(np.asarray, fitted), measured.values])
+
+
+def mark_outside(panel: Axes, channel: xr.Dataset) -> None:
+    """Mark at the edges of a panel where the model as drawn lies outside of it."""
+    values, _ = in_decibels(channel["predicted"], channel["predicted"].attrs["units"])
+    low, high = panel.get_ylim()
+    for is_outside, edge, marker in ((values < low, 0.0, "v"), (values > high, 1.0, "^")):
+        lines = channel["frequency"].values[is_outside.values]
+        if lines.size:
+            style: dict[str, Any] = {"color": FLOOR, "markersize": 3, "linestyle": "none"}
+            style |= {"marker": marker, "transform": panel.get_xaxis_transform()}
+            panel.plot(lines, np.full(lines.size, edge), label=OUTSIDE, clip_on=False, **style)
 
 
 def show_all_of(panel: Axes, curves: Sequence[np.ndarray]) -> None:

@@ -6,14 +6,13 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from .._shared.arguments import arguments_checked
-from ..criticism.fitted import AS_DRAWN, effect_places
+from ..criticism.fitted import AS_DRAWN
 from ..criticism.missing.fitted_model import FittedModel
 from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.ranking import Ranking
@@ -38,7 +37,16 @@ from ._figures import (
     share_frequency,
     worst_pairs,
 )
-from ._fit_panels import colours_of, draw_error, draw_measured, draw_phase, draw_response
+from ._fit_panels import (
+    Fits,
+    colours_of,
+    draw_error,
+    draw_measured,
+    draw_phase,
+    draw_response,
+    fits_of,
+    mark_outside,
+)
 from ._instruments import thinness
 
 MOST_MAPS = 4
@@ -124,7 +132,7 @@ def suspicion(
     kind_by_name: Mapping[str, str] = {}
     if isinstance(result, Ledger):
         experiment = result.experiment if experiment is None else experiment
-        places = effect_places(result) if places is None else places
+        places = result.places if places is None else places
         claimed = result.verdict
         kind_by_name = {effect.name: kind_of(effect) for effect in result.experiment.effects}
     table = result.suspicion.assign(size=result.suspicion["score"].abs())
@@ -314,22 +322,22 @@ def _misfit(steps: Sequence[FittedModel]) -> tuple[list[float], str]:
 
 
 @arguments_checked
-def before_and_after_pages(fits: Mapping[str, xr.Dataset]) -> list[Figure]:
+def before_and_after_pages(result: Fits) -> list[Figure]:
     """Draw `before_and_after` on pages; of more pairs than one holds, the worst three, one each.
 
     `misfit.residual_maps` shows all of them.
 
     Parameters
     ----------
-    fits
+    result
         As for `before_and_after`.
 
     Examples
     --------
-    >>> from bayes_placement.criticism.fitted import fitted_steps
-    >>> len(bp.plots.ledger.before_and_after_pages(fitted_steps(ledger, experiment, surprise)))
+    >>> len(bp.plots.ledger.before_and_after_pages(ledger))
     1
     """
+    fits = fits_of(result)
     pages = pages_of(next(iter(fits.values())))
     fitted = next(fit for name, fit in fits.items() if name != AS_DRAWN)
     shown = pages if len(pages) == 1 else worst_pairs(fitted, WORST)
@@ -339,18 +347,16 @@ def before_and_after_pages(fits: Mapping[str, xr.Dataset]) -> list[Figure]:
 
 
 @arguments_checked
-def before_and_after(
-    fits: Mapping[str, xr.Dataset], *, axes: Sequence[Axes] | np.ndarray | None = None
-) -> Figure:
+def before_and_after(result: Fits, *, axes: Sequence[Axes] | np.ndarray | None = None) -> Figure:
     """Draw measured and fitted outputs, and below each channel pair the error and the noise.
 
-    Amplitudes are in dB. Where the fits have phases, as those of the findings of a run, these stand
-    in between.
+    Amplitudes are in dB; marks at an edge tell where the model as drawn lies beyond it. Where the
+    fits have phases, as those of the findings of a run, these stand in between.
 
     Parameters
     ----------
-    fits
-        What `criticism.fitted.fitted_steps` returned: by the name of a model `measured`,
+    result
+        What `improve` returned of FRFs; or its `fits`, by the name of a model `measured`,
         `predicted`, `error` and `noise`.
     axes
         Axes to draw in: for each sensor a row of responses, a column for each actuator and force
@@ -358,11 +364,10 @@ def before_and_after(
 
     Examples
     --------
-    >>> from bayes_placement.criticism.fitted import fitted_steps
-    >>> fits = fitted_steps(ledger, experiment, surprise)
-    >>> bp.plots.ledger.before_and_after(fits).axes[-1].get_xlabel()
+    >>> bp.plots.ledger.before_and_after(ledger).axes[-1].get_xlabel()
     'frequency [Hz]'
     """
+    fits = fits_of(result)
     first = next(iter(fits.values()))
     has_phase = "measured_phase" in first
     heights = [1.0, 0.5, 0.8] if has_phase else [1.0, 0.8]
@@ -376,6 +381,9 @@ def before_and_after(
         for panel, channel in channels(layout.axes[rows - 1 :: rows], fit):
             draw_error(panel, channel, name, color)
     draw_measured(layout.axes, first, rows)
+    if AS_DRAWN in fits:
+        for panel, channel in channels(layout.axes[::rows], fits[AS_DRAWN]):
+            mark_outside(panel, channel)
     share_frequency(layout.axes, rows)
     return layout.with_legend()
 

@@ -1,6 +1,6 @@
 """Figures of the misfit of a fitted model: where it fails, and how it looks there."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,7 @@ from ._figures import (
     pages_of,
     panels,
 )
+from ._fit_panels import Fits, fits_of
 from ._plain_figure import WIDTH
 from ._residual_panels import draw_maps, height_of, in_bands
 
@@ -72,26 +73,22 @@ def residual_map(misfit: Misfit, *, axes: Sequence[Axes] | np.ndarray | None = N
 
 
 @arguments_checked
-def residual_maps(
-    fits: Mapping[str, xr.Dataset], *, axes: Sequence[Axes] | np.ndarray | None = None
-) -> Figure:
+def residual_maps(result: Fits, *, axes: Sequence[Axes] | np.ndarray | None = None) -> Figure:
     """Draw the size of the residual over the noise of fitted models, channel pair against band.
 
     Parameters
     ----------
-    fits
-        What `criticism.fitted.fitted_steps` returned; the model as drawn is left out.
+    result
+        What `improve` returned of FRFs, or its `fits`; the model as drawn is left out.
     axes
         Axes to draw in, one for each fitted model; None for a new figure.
 
     Examples
     --------
-    >>> from bayes_placement.criticism.fitted import fitted_steps
-    >>> fits = fitted_steps(ledger, experiment, surprise)
-    >>> bp.plots.misfit.residual_maps(fits).axes[0].get_title()
+    >>> bp.plots.misfit.residual_maps(ledger).axes[0].get_title()
     'as given'
     """
-    sizes = {name: in_bands(fit) for name, fit in fits.items() if name != AS_DRAWN}
+    sizes = {name: in_bands(fit) for name, fit in fits_of(result).items() if name != AS_DRAWN}
     height = height_of(next(iter(sizes.values())))
     layout = panels(len(sizes), 1, axes, size=(WIDTH, height))
     draw_maps(layout.figure, layout.axes, sizes)

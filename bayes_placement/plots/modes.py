@@ -1,9 +1,8 @@
 """Figure of measured modal parameters beside those of models."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -11,6 +10,7 @@ from .._shared.arguments import arguments_checked
 from .._shared.errors import InputError
 from ._colours import AFTER, BEFORE, DATA, FIFTH, FOURTH, INK
 from ._figures import PAGE, panels
+from ._fit_panels import Fits, fits_of
 from ._mode_panels import (
     Colours,
     draw_assurance,
@@ -33,9 +33,7 @@ COLUMNS = 2
 
 
 @arguments_checked
-def compared(
-    fits: Mapping[str, xr.Dataset], *, axes: Sequence[Axes] | np.ndarray | None = None
-) -> Figure:
+def compared(result: Fits, *, axes: Sequence[Axes] | np.ndarray | None = None) -> Figure:
     """Draw natural frequencies, damping ratios and the modal assurance criterion of models.
 
     Intervals of what was measured hold 95 %. A frame stands around the mode of the model that each
@@ -43,8 +41,9 @@ def compared(
 
     Parameters
     ----------
-    fits
-        By the name of a model, what `criticism.fitted_modes.fitted_modes` returned.
+    result
+        What `improve` returned of modal parameters; or by the name of a model what
+        `criticism.fitted_modes.fitted_modes` returned.
     axes
         Axes to draw in: natural frequencies, damping ratios where some were measured, and for each
         model with shapes one of the modal assurance criterion; None for a new figure.
@@ -68,6 +67,7 @@ def compared(
     >>> bp.plots.modes.compared({"as given": fit}).axes[0].get_xlabel()
     'measured mode, natural frequency [Hz]'
     """
+    fits = fits_of(result)
     if not fits or not all("natural_frequency" in fit for fit in fits.values()):
         raise InputError(
             f"modes.compared was given {'other data than modes' if fits else 'no model'}; modes of "

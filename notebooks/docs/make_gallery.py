@@ -16,7 +16,6 @@ from matplotlib.figure import Figure
 from small_png import small
 
 import bayes_placement as bp
-from bayes_placement.criticism.fitted import fitted_steps
 from bayes_placement.plots._colours import AFTER, BEFORE, DATA, INK
 
 GALLERY = Path(__file__).parent / "gallery"
@@ -44,7 +43,7 @@ def result_of(name, case):
     true = model if case.effect is None else model + case.effect()
     measurement = measured(true, seed=[*CASES].index(name))
     ledger = bp.improve(model, measurement)
-    fits = fitted_steps(ledger, model, measurement)
+    fits = ledger.fits
     held = io.BytesIO()
     draw(fits, case.shown).savefig(held, dpi=90)
     (GALLERY / f"{name}.png").write_bytes(small(held.getvalue()))

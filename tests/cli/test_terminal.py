@@ -7,8 +7,8 @@ import pytest
 from rich.console import Console
 
 import bayes_placement as bp
+from bayes_placement._shared import progress as shown_progress
 from bayes_placement.cli import _terminal
-from bayes_placement.design.running import progress as shown_progress
 
 ROWS = {
     "all data": ["594", "2.14e+03", "0.995", "0.0409", "0", "9.46e-206", "0.123"],

@@ -11,9 +11,9 @@ from rich.console import Console
 
 import bayes_placement as bp
 from bayes_placement import information
+from bayes_placement._shared import progress as shown_progress
 from bayes_placement.design import maps
 from bayes_placement.design.information.estimator import jackknife_error
-from bayes_placement.design.running import progress as shown_progress
 from models import bar
 from tests.effects import models_in_space
 

@@ -11,11 +11,13 @@ import xarray as xr
 from matplotlib.colors import to_rgba
 
 import bayes_placement as bp
+from bayes_placement.criticism.fitted import AS_DRAWN
 from bayes_placement.criticism.missing.fitted_model import FittedModel
 from bayes_placement.criticism.missing.ledger import Ledger
 from bayes_placement.criticism.missing.ranking import Ranking
 from bayes_placement.criticism.noise_needed import NoiseNeeded
 from bayes_placement.plots import ledger as ledger_plots
+from bayes_placement.plots._fit_panels import OUTSIDE
 from tests.in_space import Linear
 
 UNIT = "velocity per force [(m/s)/N]"
@@ -85,6 +87,8 @@ def ledger(*steps):
         unexplained=False,
         seconds=1.0,
         experiment=EXPERIMENT,
+        given=EXPERIMENT,
+        measurement=bp.ModalParameters([100.0], [1.0]),
         compared=pd.DataFrame(),
         suspicion=scores(),
         alternatives=(),
@@ -423,6 +427,19 @@ def test_responses_and_errors_are_those_of_each_fit():
         np.testing.assert_allclose(line(upper, "measured"), 20 * measured)
         assert upper.get_ylabel() == "magnitude\n[dB re 1 (m/s)/N]"
         assert lower.get_ylabel() == "size of error\n[(m/s)/N]"
+
+
+def test_marks_at_the_edge_tell_where_the_model_as_drawn_lies_outside():
+    datasets = {AS_DRAWN: fit(3), **fits()}
+    drawn = datasets[AS_DRAWN]["predicted"]
+    drawn[0, 0] = [-9.0, 0.5, 0.5, 9.0]
+    panel = ledger_plots.before_and_after(datasets).axes[0]
+    below, above = (mark for mark in panel.lines if mark.get_label() == OUTSIDE)
+    assert (below.get_xdata().tolist(), below.get_ydata().tolist()) == ([10.0], [0.0])
+    assert (above.get_xdata().tolist(), above.get_ydata().tolist()) == ([80.0], [1.0])
+    low, high = panel.get_ylim()
+    shown = np.concatenate([line(panel, name) for name in (*fits(), "measured")])
+    assert low < np.nanmin(shown) and np.nanmax(shown) < high
 
 
 def test_phases_stand_between_responses_and_errors_where_they_are_known():

@@ -200,6 +200,8 @@ class _Search(NamedTuple):
             unexplained=decision.unexplained,
             seconds=time.perf_counter() - began,
             experiment=best.problem.experiment,
+            given=self.experiment,
+            measurement=measurement,
             compared=_compared(comparison),
             suspicion=suspicion(null, comparison.candidates),
             alternatives=alternatives(comparison, comparison.distinct(), sampled),

@@ -2,18 +2,26 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 
 from ..._shared.files import write_json
 from ..._shared.reprs import notebook_html
-from ...experiment.experiment import Experiment
+from ...experiment.experiment import Experiment, Measurements
+from ...experiment.modal_parameters import ModalParameters
 from ...inference.alternative_explanation import Alternative
 from ...inference.units import percent
+from ...positions.vectors import Recorded
+from ..fitted import AS_DRAWN, AS_GIVEN, fitted
+from ..fitted_modes import fitted_modes
+from ..locations import effect_locations
 from ..reach.reach import Reach, only_port
+from ..values import in_scalars
 from ._claims import SCHEMA
 from ._estimates import number_or_none
 from ._narrow_text import gained, narrow
@@ -48,6 +56,8 @@ class Ledger:
         Time taken [s].
     experiment
         The experiment with the effects that were added.
+    given, measurement
+        The experiment as it was given, and what was measured.
     compared
         Every hypothesis that was fitted: its effects, reduced chi-square, log evidence, log odds.
     suspicion
@@ -91,6 +101,8 @@ class Ledger:
     unexplained: bool
     seconds: float
     experiment: Experiment = field(repr=False)
+    given: Experiment = field(repr=False)
+    measurement: Measurements = field(repr=False)
     compared: pd.DataFrame = field(repr=False)
     suspicion: pd.DataFrame = field(repr=False)
     alternatives: tuple[Alternative, ...] = field(repr=False)
@@ -118,6 +130,30 @@ class Ledger:
         """
         read = self.reach if self.port else None
         return read.law_as_measured(self.port) if read else None
+
+    @cached_property
+    def fits(self) -> dict[str, xr.Dataset]:
+        """What the model predicts as drawn, as given and with all effects, beside the data.
+
+        As drawn, positions are those recorded and all else has the mean of its prior; as given, all
+        that is unknown was fitted. See `criticism.fitted.fitted`, and of modal parameters, which
+        are not compared as drawn, `criticism.fitted_modes.fitted_modes`.
+        """
+        first, last = self.steps[0], self.steps[-1]
+        models = {AS_GIVEN: (first.experiment or self.given, first.values)}
+        if last.effects:
+            name = f"with {' and '.join(last.effects)}"
+            models[name] = (last.experiment or self.experiment, last.values)
+        if isinstance(self.measurement, ModalParameters):
+            modes = self.measurement
+            return {n: fitted_modes(model, modes, values) for n, (model, values) in models.items()}
+        models = {AS_DRAWN: (self.given, in_scalars(self.given.nominal_values())), **models}
+        return {n: fitted(model, self.measurement, values) for n, (model, values) in models.items()}
+
+    @property
+    def places(self) -> dict[str, Recorded]:
+        """Where the effects that were added are [m], by name; those without a place not."""
+        return effect_locations(self.experiment, self.steps[-1].values)
 
     def to_json(self) -> dict[str, Any]:
         """Return the ledger as numbers and words for a file."""

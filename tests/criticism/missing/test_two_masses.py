@@ -6,7 +6,6 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import effects, improve
-from bayes_placement.criticism.fitted import effect_places
 from tests.simulator.fine_elements import Line
 from tests.simulator.hidden_structures import Instrument, accelerance, record
 
@@ -68,7 +67,7 @@ def test_as_many_masses_are_claimed_as_are_hidden(masses):
     assert ledger.verdict == ("point_mass",) * len(masses)
     assert ledger.steps[-1].chi2_per_datum == pytest.approx(1.0, abs=0.15)
     assert not ledger.unexplained
-    located = effect_places(ledger)
+    located = ledger.places
     found = sorted((at, name) for name, at in located.items())
     for (at, name), (place, mass) in zip(found, masses, strict=True):
         assert at == pytest.approx(place, abs=1e-3)

@@ -7,10 +7,11 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from ....criticism.fitted import AS_DRAWN
 from ....experiment.experiment import FORCE_LEVEL
 from ..._colours import DATA, FIFTH, INK
 from ..._figures import DECIBELS, HALF_TURN, LOGARITHM, unbroken
-from ..._fit_panels import colours_of, line_style, show_all_of
+from ..._fit_panels import colours_of, line_style, mark_outside, show_all_of
 from .._saved import Saved
 from .._style import decade_labels, drawing, legend, panels, thinned
 from ..content import Item, Table, Text
@@ -77,6 +78,9 @@ def _item(fits: dict[str, xr.Dataset]) -> Item:
             _draw_phase(axes[1, 0], shown, colour)
         _draw_error(axes[-1, 0], shown, name, colour)
     _show_fitted(axes[0, 0], [*fits.values()][-1])
+    if AS_DRAWN in fits:
+        drawn = fits[AS_DRAWN]
+        mark_outside(axes[0, 0], drawn.isel(frequency=thinned(drawn["predicted"].values)))
     _draw_measured(axes, first.isel(frequency=thinned(first["measured"].values)), has_phase)
     _draw_floors(axes[-1, 0], [*fits.values()][-1])
     axes[-1, 0].set_xlabel("frequency [Hz]")
