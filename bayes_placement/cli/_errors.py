@@ -11,6 +11,7 @@ from types import TracebackType
 
 import typer
 
+from ._advice import in_commands
 from ._streams import answer_alone, begin_here, print_answer, printable
 
 PACKAGE = Path(__file__).parents[1]
@@ -103,7 +104,7 @@ def _code(error: BaseException) -> int:
 def _sentence(error: BaseException) -> str:
     """Sentence of an error; of one of the system, what it could not do to which file."""
     if not isinstance(error, OSError) or error.strerror is None:
-        return str(error)
+        return in_commands(str(error))
     name = f"{str(error.filename)[:LONGEST_PATH]}: " if error.filename else ""
     return (
         f"{name}the system says {error.strerror!r}; a file or folder that can be opened is needed, "

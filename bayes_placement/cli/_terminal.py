@@ -19,6 +19,7 @@ from .._shared.progress import (
     progress_console,
     terminal_console,
 )
+from ._advice import in_commands
 from ._streams import print_answer, printable
 
 if TYPE_CHECKING:
@@ -60,9 +61,9 @@ class Screen(NamedTuple):
         return cls(terminal_console(), progress_console(), quiet, as_json)
 
     def text(self, text: object) -> None:
-        """Print text as it is, without colours, markup or line breaks of its own."""
+        """Print text without colours, markup or line breaks of its own, advice in commands."""
         if not self.quiet and not self.as_json:
-            print_text(self.console, text)
+            print_text(self.console, in_commands(str(text)))
 
     def list(self, sentences: Iterable[str]) -> None:
         """Print sentences as a list, one on each line."""

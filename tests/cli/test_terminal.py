@@ -1,6 +1,8 @@
 """Tables of any width, text without markup, and progress bars that end."""
 
 import io
+import re
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -9,7 +11,10 @@ from rich.console import Console
 import bayes_placement as bp
 from bayes_placement._shared import progress as shown_progress
 from bayes_placement.cli import _terminal
+from bayes_placement.cli._advice import ADVICE
+from bayes_placement.inference.engines.map import _warnings as map_warnings
 
+PACKAGE = Path(bp.__file__).parent
 ROWS = {
     "all data": ["594", "2.14e+03", "0.995", "0.0409", "0", "9.46e-206", "0.123"],
     "band 1020 to 1212 Hz": ["75", "1.17e+03", "0.999", "0.115", "0", "3.01e-79", "0.456"],
@@ -94,6 +99,24 @@ def test_words_are_printed_as_they_are(console):
         "- " + "one " * 30,
         "- other",
     ]
+
+
+def test_advice_is_in_commands(console):
+    screen = _terminal.Screen(console, console)
+    screen.list(map_warnings(True, 0.9, 1, 8))
+    screen.text("a change of the structure: baseline=before.")
+    text = said(console)
+    assert "direction; use bayes-placement update --engine smc." in text
+    assert "more starts, engine = bp.engines.MAP(starts=128) in the model file." in text
+    assert "change of the structure: --baseline before.uff." in text
+    assert "engines.SMC()" not in text
+
+
+@pytest.mark.parametrize("advice", ADVICE)
+def test_what_is_said_in_commands_is_advised_somewhere(advice):
+    sources = [path for path in PACKAGE.rglob("*.py") if path.name != "_advice.py"]
+    words = (re.sub(r'"\s*f?"', "", path.read_text(encoding="utf-8")) for path in sources)
+    assert any(re.search(advice, text) for text in words)
 
 
 def test_a_verdict_is_bold_on_a_terminal_and_plain_in_a_file(console, terminal):
