@@ -112,6 +112,11 @@ class Screen(NamedTuple):
         names = [file.name for file in files]
         self.json({**answer, "files": names, "folder": str(files[0].parent), "result": {}})
 
+    def step(self, text: str) -> None:
+        """Tell what a task has come to, beside its progress."""
+        if not self.quiet:
+            print_text(self.progress_console, text)
+
     def progress(self, tasks: Sequence[str]) -> AbstractContextManager[Callable[[str], Progress]]:
         """Show how far each task is; see `progress_bars`."""
         if self.quiet:

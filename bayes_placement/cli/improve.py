@@ -1,5 +1,6 @@
 """`bayes-placement improve`: add what a model lacks, effect by effect."""
 
+import functools
 from collections.abc import Mapping
 from typing import Any
 
@@ -7,8 +8,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from ..criticism.missing.decide import is_unexplained
+from ..criticism.missing.fitted_model import FittedModel
 from ..criticism.missing.improve import improve
-from ..criticism.missing.ledger import Ledger
+from ..criticism.missing.ledger import Ledger, misfit_columns
 from ..criticism.missing.states import LedgerOfStates
 from ..experiment.experiment import Experiment, Measurements
 from ..inference.engines import MAP
@@ -43,7 +45,8 @@ def run(request: Request) -> int:
 def _run_one(request: Request, inputs: Inputs) -> int:
     """Treat one measurement, with a baseline or without."""
     screen = inputs.screen
-    ledger = request.search("improve", improve, inputs)
+    tell = functools.partial(_tell_step, inputs.screen)
+    ledger = request.search("improve", functools.partial(improve, callback=tell), inputs)
     verdict, *further = ledger.words()
     screen.verdict(verdict)
     screen.table(ledger.table(), "added")
@@ -58,6 +61,13 @@ def _run_one(request: Request, inputs: Inputs) -> int:
     screen.text(f"Suspicion along the structure: {folder / 'suspicion.png'}")
     screen.text(f"Response and error before and after: {folder / FITS}")
     return inputs.run.finish(screen, verdict, ledger.to_json(), passed=not ledger.unexplained)
+
+
+def _tell_step(screen: Screen, model: FittedModel) -> None:
+    """Say what the search has found so far, and the error that is left."""
+    what = " ".join(f"+ {name}" for name in model.effects) or "as given"
+    misfit = ", ".join(f"{word} {value}" for word, value in misfit_columns(model).items() if value)
+    screen.step(f"So far: {what}: {misfit}")
 
 
 def _baseline_first(request: Request, ledger: Ledger, screen: Screen) -> None:

@@ -15,7 +15,7 @@ from ..experiment.model_error import Embedded
 from ..inference.residuals import sizes_of
 from ..io.case._effects import stated_effects
 from ..laws.tabulated import COMPLIANCES
-from .actions import Improved
+from .actions import Improved, ValuedModel
 from .steps import as_drawn
 
 
@@ -90,6 +90,12 @@ def _action(number: int, step: FittedModel, experiment: Experiment) -> Improved:
     is_new = has_error and experiment.model_error is None
     known = experiment.with_model_error(Embedded()) if is_new else experiment
     sizes = {size.name: float(step.values[size.name]) for size in sizes_of(known)}
-    values = {name: float(step.values[name]) for name in as_drawn(step.experiment)}
     stated = tuple(stated_effects(experiment, new))
-    return Improved(number, stated, is_new, sizes, values)
+    return Improved(number, stated, is_new, sizes, model_of(step).values)
+
+
+def model_of(step: FittedModel) -> ValuedModel:
+    """Return a fitted model with the values of its unknowns."""
+    assert step.experiment is not None
+    names = as_drawn(step.experiment)
+    return ValuedModel(step.experiment, {name: float(step.values[name]) for name in names})

@@ -64,6 +64,7 @@ class LivePage:
         self._curves: dict[str, bytes] = {}
         self._found: dict[str, bytes] = {}
         self._searched: Experiment | None = None
+        self._found_so_far: list[ValuedModel] = []
         self._running: dict[int, tuple[str, int]] = {}
         self._band, self._reached = ChosenBand(self._begin_band), 0
         self._background = Worker(lambda told: post(lambda: self._hear(told)))
@@ -121,7 +122,7 @@ class LivePage:
 
     def response(self, model: ValuedModel) -> Response:
         """Response of a model, compiled once for each experiment of the session."""
-        key = id(model.experiment)  # those of states are never freed
+        key = id(model.experiment)  # those of states and of searches are never freed
         if key not in self._responses:
             self._tell("busy", words="A model of another structure is compiled.")
             self._responses[key] = ResponseOf(model.experiment, self.data)
@@ -263,6 +264,8 @@ class LivePage:
         _, task = self._task
         if told.word == "progress":
             self._tell("task", task=task, share=told.content)
+        elif told.word == "step":
+            self._show_step(told.content)
         elif told.word == "seen":
             self._tell_curves(NOW, ValuedModel(self._asked_for(), told.content), task=task)
         else:
@@ -277,6 +280,15 @@ class LivePage:
             self._do(Refitted(told.content))
         else:
             self._take_over(told.content)
+
+    def _show_step(self, step: Any) -> None:
+        """Show the best model that a search has found so far."""
+        from . import found
+
+        model = found.model_of(step)
+        self._found_so_far.append(model)
+        title = " ".join(f"+ {name}" for name in step.effects) or "as given"
+        self._tell_curves(NOW, model, task="search", title=f"search: {title}")
 
     def _take_over(self, ledger: Any) -> None:
         """Make each step of a ledger a state, from the one at which the search began."""
@@ -350,6 +362,7 @@ class LivePage:
             task=task,
             is_state=is_state,
             items=items_of(model.experiment),
+            added=[effect.name for effect in self.session.new_effects(model)],
             values=model.values if task else {},
         )
         if name != NOW:

@@ -51,8 +51,7 @@ def modes_for_page(session: Session) -> dict[str, Any]:
     With the modal assurance criterion of each shape with each of the others.
     """
     given, model = session.states[0].model, session.model
-    known = {effect.name for effect in given.experiment.effects}
-    added = [effect.name for effect in model.experiment.effects if effect.name not in known]
+    added = [effect.name for effect in session.new_effects(model)]
     values = {name: model.values[name] for name in given.values} if added else given.values
     outline = outline_of(given.experiment)
     now = shapes(model.experiment, model.values, outline)
@@ -143,15 +142,15 @@ def curves_frame(response: Response, **header: Any) -> bytes:
 def state_for_page(session: Session, shown: list[Slider]) -> dict[str, Any]:
     """Return numbers, effects and steps of the model at hand."""
     model = session.model
-    given = {effect.name for effect in session.states[0].model.experiment.effects}
-    new = [effect for effect in model.experiment.effects if effect.name not in given]
     steps = [
         {"title": state.title, "parent": state.parent, "chi2": session.chi2.get(number)}
         for number, state in enumerate(session.states)
     ]
     return {
         "sliders": as_json(shown, model.values),
-        "effects": [{"name": effect.name, "kind": effect.kind} for effect in new],
+        "effects": [
+            {"name": effect.name, "kind": effect.kind} for effect in session.new_effects(model)
+        ],
         "steps": steps,
         "current": session.current,
         "path": session.path(),

@@ -6,6 +6,7 @@ States are never changed nor lost: one that is returned to may have several that
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+from ..effects.effect import Effect
 from ..experiment.experiment import Experiment, Measurements
 from .actions import Action, ValuedModel, action_from
 from .steps import as_drawn
@@ -65,6 +66,11 @@ class Session:
     def model(self) -> ValuedModel:
         """The model at hand."""
         return self.states[self.current].model
+
+    def new_effects(self, model: ValuedModel) -> list[Effect]:
+        """Effects of a model that were not given."""
+        given = {effect.name for effect in self.states[0].model.experiment.effects}
+        return [effect for effect in model.experiment.effects if effect.name not in given]
 
     def do(self, action: Action) -> SessionState:
         """Change the model at hand; the state before stays."""

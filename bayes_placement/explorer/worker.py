@@ -33,8 +33,8 @@ class Told(NamedTuple):
     number: int
     """Number of the task."""
     word: str
-    """`progress` with a share, `seen` with values, `done` with the result, or `failed` with a
-    sentence."""
+    """`progress` with a share, `seen` with values of a fit, `step` with a model of a search, `done`
+    with the result, or `failed` with a sentence."""
     content: Any
     """The same."""
 

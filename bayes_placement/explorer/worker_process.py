@@ -75,6 +75,7 @@ def search(asked: AskedOfWorker, tell: Tell) -> Any:
         baseline=asked.baseline,
         store=asked.store,
         progress=lambda share: tell("progress", share),
+        callback=lambda step: tell("step", step),
     )
 
 

@@ -104,7 +104,7 @@ const HEARD = {
       label(header.task);
       if (!store.task) tell("", 0);
       if (header.task) {
-        steps.seen(header.chi2);
+        steps.seen(header.chi2, header.title);
         parameters.preview(header.values);
       }
       if (isFirst) begin(header);

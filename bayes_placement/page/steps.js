@@ -5,7 +5,8 @@ import { colour, element, make, oncePerFrame, paper, three } from "./look.js";
 export class Steps {
   constructor(store, go, compare) {
     Object.assign(this, { store, go, compare });
-    this.fitting = []; // reduced chi-squares of a fit on its way
+    this.fitting = []; // reduced chi-squares of a fit or a search on its way
+    this.found = []; // rows of the models of a search
     this.canvas = make("canvas", { id: "fall", "aria-label": "Reduced chi-square, step by step" });
     this.list = make("ol");
     this.draw = oncePerFrame(() => this.paint());
@@ -15,7 +16,7 @@ export class Steps {
   show() {
     const { steps, current, path, script } = this.store.state;
     if (!this.canvas.isConnected) element("steps").replaceChildren(this.canvas, this.list);
-    this.list.replaceChildren(...steps.map((step, number) => this.row(step, number, current, path)));
+    this.list.replaceChildren(...steps.map((step, number) => this.row(step, number, current, path)), ...this.found);
     element("script").textContent = script;
     this.draw();
   }
@@ -26,13 +27,20 @@ export class Steps {
     return make("li", { class: [path.includes(number) ? "path" : "", number === current ? "current" : ""].join(" ") }, button);
   }
 
-  seen(chi2) {
+  /** What a fit or a search has come to; models of a search have titles. */
+  seen(chi2, title) {
     this.fitting.push(chi2);
+    if (title) {
+      this.found.push(make("li", { class: "coming" }, make("span", {}, `${title}, so far`), make("b", {}, three(chi2))));
+      this.list.append(this.found.at(-1));
+    }
     this.draw();
   }
 
   ended() {
+    this.found.forEach((row) => row.remove());
     this.fitting = [];
+    this.found = [];
     this.draw();
   }
 

@@ -230,8 +230,8 @@ export class StructurePanel {
   /** Effects that were added, and where they are. */
   placed() {
     const found = this.inferred();
-    return (this.store.state?.effects ?? [])
-      .map(({ name }) => ({ name, at: found[`effect ${name}`] }))
+    return (this.store.curves.now?.added ?? [])
+      .map((name) => ({ name, at: found[`effect ${name}`] }))
       .filter(({ at }) => at);
   }
 

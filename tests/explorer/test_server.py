@@ -6,8 +6,10 @@ import random
 import string
 import urllib.error
 import urllib.request
+from types import SimpleNamespace
 
 import numpy as np
+import numpyro.distributions as dist
 import pytest
 import websockets
 
@@ -17,6 +19,8 @@ from bayes_placement.explorer.band import ChosenBand, lines_within
 from bayes_placement.explorer.candidates import added
 from bayes_placement.explorer.live import LivePage
 from bayes_placement.explorer.messages import LONGEST, MessageError, parsed
+from bayes_placement.explorer.steps import as_drawn
+from bayes_placement.explorer.worker import Told
 from bayes_placement.page.frames import packed, unpacked
 from tests.criticism import small
 
@@ -244,6 +248,31 @@ def test_modes_are_told_with_and_without_what_was_added(page):
         product = np.prod([part @ part for part in first])
         assert modes["mac"][0][0] == pytest.approx((first[0] @ first[1]) ** 2 / product, rel=1e-4)
         await socket.send(json.dumps({"do": "go", "state": 0}))
+
+    talk(page, play)
+
+
+def test_a_step_of_a_search_is_shown_while_it_runs(page):
+    """The model as it stands is on its own again once the search is stopped."""
+
+    async def play(socket):
+        await heard(socket, "state")
+        live = page._server.page
+        await socket.send('{"do": "search"}')
+        await heard(socket, "task", task="search")
+        heavier = live.session.model.experiment + bp.effects.point_mass(
+            dist.Uniform(0.1, 0.9), dist.Uniform(0.0, 1.0)
+        )
+        step = SimpleNamespace(
+            experiment=heavier, effects=("point_mass",), values=as_drawn(heavier)
+        )
+        live._hear_at_hand(Told(live._task[0], "step", step))
+        curves, arrays = await heard(socket, "curves", task="search")
+        assert curves["title"] == "search: + point_mass" and curves["added"] == ["point_mass"]
+        assert arrays["places"][-1, 0] == pytest.approx(0.5)
+        await socket.send('{"do": "stop"}')
+        curves, _ = await heard(socket, "curves", is_state=True)
+        assert curves["added"] == []
 
     talk(page, play)
 

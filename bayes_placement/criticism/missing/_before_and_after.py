@@ -29,6 +29,7 @@ from ._repeated import may_be_added, named_alike
 from ._scanned_candidates import ScannedCandidate, Tick, fitted, promising, scanned
 from ._screen import worth_fitting
 from ._search import NARROW, VARIANTS_WITH_ERRORS
+from ._so_far import Seen
 
 
 def state_of(experiment: Experiment, measurement: Measurements) -> State:
@@ -65,6 +66,7 @@ def compared_with_baseline(
     level: float,
     most_effects: int,
     tick: Tick,
+    seen: Seen,
 ) -> tuple[Hypothesis, Comparison]:
     """Fit every effect to the later state, and all else to both.
 
@@ -82,6 +84,8 @@ def compared_with_baseline(
         Most effects that are new.
     tick
         Called after each part of the work.
+    seen
+        Called with what has been compared so far.
 
     Returns
     -------
@@ -96,11 +100,13 @@ def compared_with_baseline(
     # The misfit without any effect is reported, so that it is fitted further than a mere rival.
     rival = rival_among(singles)._replace(with_small_error=-np.inf, evidence=-np.inf)
     null = nothing_new(unchanged, rival)
+    seen(Comparison([null], variants))
     for candidate in _worth_fitting(Comparison([null], variants), runners_up, level):
         singles.append(fitted(candidate, rival_among([null, *singles])))
     comparison = Comparison([null, *finite(singles)], variants, candidates)
     if tried.networks:
         comparison = with_networks(comparison, LawsBeside(null, tick, unchanged))
+    seen(comparison)
     for depth in range(1, most_effects):
         if not wants_more_effects(comparison, depth, level):
             break
@@ -117,6 +123,7 @@ def compared_with_baseline(
             beside = laws_beside_best(comparison, depth, tick)
             comparison = comparison if beside is None else with_networks(comparison, beside)
         comparison = with_other_laws(comparison, tick)
+        seen(comparison)
     return unchanged, comparison
 
 

@@ -44,6 +44,7 @@ from ._search import (
     with_listed_replaced,
 )
 from ._shared_fits import SharedFits, shared_fits
+from ._so_far import Seen, nothing_seen
 from ._weighed import Weighed
 from .decide import Decision, predicts_better, stands_out
 from .table import Policy, TableOfFits
@@ -70,6 +71,8 @@ class Question(NamedTuple):
         Fits of the same question that were made before, and those that are made now.
     most_effects
         Most effects that are added.
+    seen
+        Called with what has been compared so far.
     """
 
     experiment: Experiment
@@ -80,6 +83,7 @@ class Question(NamedTuple):
     level: float
     fits: SharedFits
     most_effects: int = 1
+    seen: Seen = nothing_seen
 
     @classmethod
     def of(
@@ -155,8 +159,10 @@ def answered(question: Question, tick: Tick) -> Answer:
 
     A declared model error is always fitted.
     """
+    null = question.fits.null
+    question.seen(Comparison([null], {}))
     exact = question.fits.singles(tick)
-    null = exact.hypotheses[0]
+    question.seen(exact)
     if question.declared:
         return Answer(null, _deepened_with_errors(question, exact, tick))
     if explains(exact.best(), question.level):
@@ -224,6 +230,7 @@ def deepened(
         if greatest_odds_expected(comparison, depth, further_effects) < rival:
             break
         comparison = deeper(question, comparison, depth, breadth, tick)
+        question.seen(comparison)
     return comparison
 
 
@@ -250,6 +257,7 @@ def _deepened_with_errors(
     """Effects with model error, one more at a time; some were fitted, by what they are without."""
     assert question.errors is not None
     comparison = _single_effects_with_errors(question, exact, tick, fitted)
+    question.seen(comparison)
     for depth in range(1, question.most_effects):
         if not wants_more_effects(comparison, depth, question.level):
             break
@@ -266,6 +274,7 @@ def _deepened_with_errors(
         exact = exact.with_hypotheses(further)
         refitted = _refitted(_by_evidence(further), question, tick)
         comparison = comparison.with_hypotheses(refitted)
+        question.seen(comparison)
     return comparison
 
 

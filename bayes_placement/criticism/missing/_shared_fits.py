@@ -4,6 +4,7 @@ Those of the last question stay. They are taken only for the same experiment, da
 model error, leaf by leaf and class by class, so that they are what would be fitted again.
 """
 
+import functools
 from typing import Any
 
 import jax
@@ -53,12 +54,18 @@ class SharedFits:
         self._singles: Comparison | None = None
         self._with_errors: dict[tuple[Hypothesis, Rival], Hypothesis] = {}
 
+    @functools.cached_property
+    def null(self) -> Hypothesis:
+        """The model as given."""
+        import_in_helpers(__package__)
+        experiment, data, *_ = self.content
+        return null_hypothesis(experiment, data)
+
     def singles(self, tick: Tick) -> Comparison:
         """The model as given, first, and every candidate alone."""
-        experiment, data, effects, networks, _, declared = self.content
+        _, _, effects, networks, _, declared = self.content
         if self._singles is None:
-            import_in_helpers(__package__)
-            null = null_hypothesis(experiment, data)
+            null = self.null
             last = [effect for effect in effects if effect.tried_last]
             first = [effect for effect in effects if not effect.tried_last]
             laws = LawsBeside(null, tick) if networks else None

@@ -137,6 +137,7 @@ def answered_since(earlier: Earlier, tick: Tick, between: Hypothesis | None = No
         question.level,
         question.most_effects,
         tick,
+        question.seen,
     )
     if between is not None:
         refitted = refitted_effects(comparison, between, question.most_effects)
@@ -147,6 +148,7 @@ def answered_since(earlier: Earlier, tick: Tick, between: Hypothesis | None = No
         refitted = refitted_effects(comparison, of_later_state, question.most_effects)
         priors = priors_of_networks(of_later_state, comparison)
         comparison = comparison.with_hypotheses(refitted, priors)
+    question.seen(comparison)
     return Answer(unchanged, comparison, earlier.before)
 
 

@@ -34,6 +34,7 @@ from ._model_error_choice import Question, ticks
 from ._posterior_odds import Comparison
 from ._score_test import suspicion
 from ._since_baseline import answered_by_states
+from ._so_far import BestSoFar, Callback, no_callback
 from ._standing import standing
 from ._weighed import NONE
 from .decide import decide
@@ -57,6 +58,7 @@ def improve(
     model_error: Embedded | None = Embedded(),  # noqa: B008  it never changes
     store: str | Path | None = None,
     progress: Progress = no_progress,
+    callback: Callback = no_callback,
 ) -> Ledger: ...
 
 
@@ -71,6 +73,7 @@ def improve(
     model_error: Embedded | None = Embedded(),  # noqa: B008  it never changes
     store: str | Path | None = None,
     progress: Progress = no_progress,
+    callback: Callback = no_callback,
 ) -> LedgerOfStates: ...
 
 
@@ -88,6 +91,7 @@ def improve(
     model_error: Embedded | None = Embedded(),  # noqa: B008  it never changes
     store: str | Path | None = None,
     progress: Progress = no_progress,
+    callback: Callback = no_callback,
 ) -> Ledger | LedgerOfStates:
     """Add the effects that a model lacks, until it passes its check or nothing pays any more.
 
@@ -122,6 +126,9 @@ def improve(
         A later search, `explain` or `improve`, takes those that are there.
     progress
         Called with the share of the work done.
+    callback
+        Called with the best model so far, as soon as it is another one: the model as given first,
+        then with one more effect each time. Only the ledger says what is claimed.
 
     Returns
     -------
@@ -150,9 +157,9 @@ def improve(
     )
     with fits_kept_in(store):
         if not isinstance(measurement, Mapping):
-            return search.of(measurement, baseline, progress).ledger
+            return search.of(measurement, baseline, progress, callback).ledger
         _check_states(measurement, baseline)
-        return search.of_states(measurement, progress)
+        return search.of_states(measurement, progress, callback)
 
 
 class _Search(NamedTuple):
@@ -169,6 +176,7 @@ class _Search(NamedTuple):
         measurement: Measurements,
         baseline: Measurements | None,
         progress: Progress,
+        callback: Callback,
         between: Hypothesis | None = None,
     ) -> "_Improved":
         """Search in one measurement, or for what is new in it since a baseline.
@@ -178,7 +186,12 @@ class _Search(NamedTuple):
         began = time.perf_counter()
         check_signal(self.experiment, measurement)
         asked = self.experiment, self.experiment.data(measurement), self.tried, self.model_error
-        question = Question.of(*asked, level=self.level, most_effects=self.most_effects)
+        question = Question.of(
+            *asked,
+            level=self.level,
+            most_effects=self.most_effects,
+            seen=BestSoFar(callback),
+        )
         tick = ticks(progress, 2 * len(self.tried.effects) + 20, (0.02, 0.9))
         answer, earlier = answered_by_states(question, tick, baseline, between)
         null, comparison, _ = answer
@@ -216,7 +229,9 @@ class _Search(NamedTuple):
         )
         return _Improved(ledger, best, found_effects(best, steps[-1]))
 
-    def of_states(self, states: Mapping[str, Measurements], progress: Progress) -> LedgerOfStates:
+    def of_states(
+        self, states: Mapping[str, Measurements], progress: Progress, callback: Callback
+    ) -> LedgerOfStates:
         """Search in each later state for what is new since the first."""
         first, *later = states
         improved: dict[str, _Improved] = {}
@@ -224,7 +239,7 @@ class _Search(NamedTuple):
         for number, label in enumerate(later):
             share = _share(progress, number, len(later))
             improved[label] = self._in(states[label]).of(
-                states[label], states[first], share, between
+                states[label], states[first], share, callback, between
             )
             between = improved[label].best
         return LedgerOfStates(

@@ -233,7 +233,11 @@ def test_what_no_candidate_explains_is_said_to_be_unexplained():
 
 def test_model_error_is_a_rival_of_what_no_candidate_explains():
     library = effects.library(experiment(), ["time_delay"])
-    ledger = improve(experiment(), measured(MASS, seed=4), candidates=library)
+    told = []
+    ledger = improve(experiment(), measured(MASS, seed=4), candidates=library, callback=told.append)
+    assert [model.effects for model in told[:2]] == [(), ("time_delay",)]
+    assert told[0].chi2_per_datum > told[1].chi2_per_datum > told[-1].chi2_per_datum
+    assert not told[0].model_error and told[-1].values == ledger.steps[-1].values
     assert ledger.verdict == ()
     assert set(ledger.steps[0].model_error) == {
         "frequency",

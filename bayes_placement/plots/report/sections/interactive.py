@@ -40,7 +40,7 @@ def items(saved: Saved) -> Iterator[Item]:
     frames = [
         _model(last.isel(channel=shown), outline, saved),
         *_curves(curves, saved),
-        packed({**STATE, "effects": _effects(saved)}, {}),
+        packed(STATE, {}),
         *_modes(saved),
     ]
     words = "" if len(shown) == last.sizes["channel"] else f" The {len(shown)} of largest error."
@@ -56,6 +56,7 @@ def items(saved: Saved) -> Iterator[Item]:
 STATE: Mapping[str, Any] = {
     "is": "state",
     "sliders": [],
+    "effects": [],
     "steps": [{"title": "", "parent": None, "chi2": None}],
     "current": 0,
     "path": [0],
@@ -134,11 +135,6 @@ def _transducers(saved: Saved, on_a_line: bool) -> Iterator[dict[str, Any]]:
         }
 
 
-def _effects(saved: Saved) -> list[dict[str, str]]:
-    placed = placed_items(saved.group("places"))
-    return [{"name": name_of(item)} for item in placed if str(item["kind"].item()) == "effect"]
-
-
 def _curves(named: Mapping[str, xr.Dataset], saved: Saved) -> Iterator[bytes]:
     """What each model predicts, under the names of the page."""
     models = list(dict.fromkeys(saved.models))[-2:]
@@ -154,7 +150,8 @@ def _curve(fit: xr.Dataset, name: str, title: str, saved: Saved) -> bytes:
     placed = placed_items(saved.group("places"))
     header = {"is": "curves", "name": name, "title": title, "serial": 0, "task": ""}
     header |= {"is_state": True, "values": {}, "chi2": float(np.nanmean(error**2))}
-    header |= {"items": [[str(item["kind"].item()), name_of(item)] for item in placed]}
+    items = [(str(item["kind"].item()), name_of(item)) for item in placed]
+    header |= {"items": items, "added": [name for kind, name in items if kind == "effect"]}
     arrays = {
         "predicted": predicted,
         "deviation": np.repeat(noise[:, None], predicted.shape[1], axis=1),
