@@ -1224,6 +1224,7 @@ def calls_of_verbs():
         "candidates": thing(library, "nothing"),
         "model_error": thing(None, "nothing", "class"),
         "store": path(None, "nothing", "missing"),
+        "executor": thing(None, "nothing", "class"),
         **progress,
     }
     level = positive(0.01, one=1.0, percent=95.0)
@@ -1252,10 +1253,7 @@ def calls_of_verbs():
         ),
         "reach": Call(
             bp.reach,
-            {
-                name: missing[name]
-                for name in ("experiment", "measurement", "baseline", "model_error", *progress)
-            },
+            {name: missing[name] for name in missing if name not in ("candidates", "store")},
         ),
         "decide": Call(
             bp.decide,

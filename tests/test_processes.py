@@ -6,7 +6,9 @@ import os
 import resource
 import sys
 import textwrap
+import threading
 import time
+from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 
 import loky
 import numpy as np
@@ -15,6 +17,7 @@ import pytest
 from loky import get_reusable_executor
 
 import bayes_placement as bp
+from bayes_placement._shared import parts as _parts
 from bayes_placement._shared import processes as _processes
 from bayes_placement._shared.processes import RARELY, rare_garbage_collection
 from bayes_placement.criticism.missing._fits_with_errors import fitted_with_errors_in_processes
@@ -80,7 +83,7 @@ def awaited_helper():
 def test_results_are_in_order_and_of_two_processes():
     awaited_helper()
     done = []
-    results = _processes.shared(where, [(n,) for n in range(20)], done.append)
+    results = _parts.shared(where, [(n,) for n in range(20)], done.append)
     assert [number for number, _ in results] == list(range(20))
     assert len({process for _, process in results}) == 2
     assert sorted(done) == list(range(20))
@@ -93,7 +96,7 @@ def test_helpers_have_begun_before_this_process_does_something_else():
     def meanwhile():
         waited.append(time.sleep(0.5))
 
-    results = _processes.shared(where, [(n,) for n in range(4)], done.append, meanwhile)
+    results = _parts.shared(where, [(n,) for n in range(4)], done.append, meanwhile)
     assert {process for _, process in results} != {os.getpid()}
     assert len(waited) == 1 and sorted(done) == list(range(4))
 
@@ -101,32 +104,74 @@ def test_helpers_have_begun_before_this_process_does_something_else():
 def test_what_a_helper_cannot_do_is_done_here():
     awaited_helper()
     tasks = [(n, os.getpid()) for n in range(6)]
-    assert _processes.shared(only_here, tasks, lambda _: None) == list(range(6))
+    assert _parts.shared(only_here, tasks, lambda _: None) == list(range(6))
 
 
 def test_a_helper_that_dies_leaves_its_tasks_and_no_other_is_started():
     awaited_helper()
     tasks = [(n, os.getpid()) for n in range(6)]
-    assert _processes.shared(dies_elsewhere, tasks, lambda _: None) == list(range(6))
+    assert _parts.shared(dies_elsewhere, tasks, lambda _: None) == list(range(6))
     assert _processes.started_helpers() == (None, 0)
 
 
 def test_an_error_is_raised_here_and_ends_the_helpers():
     with pytest.raises(KeyError):
-        _processes.shared(refuses, [(n,) for n in range(4)], lambda _: None)
+        _parts.shared(refuses, [(n,) for n in range(4)], lambda _: None)
     assert not _processes.has_one_core() or os.environ.get("PJRT_NPROC") == "1"
 
 
 def test_one_core_has_no_helper(monkeypatch):
     monkeypatch.setattr(loky, "cpu_count", lambda: 1)
     assert _processes.started_helpers() == (None, 0)
-    results = _processes.shared(where, [(n,) for n in range(3)], lambda _: None)
+    results = _parts.shared(where, [(n,) for n in range(3)], lambda _: None)
     assert {process for _, process in results} == {os.getpid()}
+
+
+class Losing(Executor):
+    """Loses the worker of each third part that it is given."""
+
+    given = 0
+
+    def submit(self, fn, /, *arguments):
+        self.given += 1
+        future = Future()
+        if self.given % 3:
+            future.set_result(fn(*arguments))
+        else:
+            future.set_exception(BrokenExecutor("a process ended"))
+        return future
+
+
+def test_a_part_whose_worker_is_lost_is_given_to_the_executor_again():
+    executor, done = Losing(), []
+    with _parts.done_by(executor):
+        results = _parts.shared(where, [(n,) for n in range(8)], done.append)
+    assert [number for number, _ in results] == list(range(8)) == sorted(done)
+    assert executor.given == 8 + 3
+
+
+def thread_of(number):
+    return number, threading.get_ident()
+
+
+def test_an_executor_does_all_parts_but_those_that_are_shared_meanwhile():
+    here, meanwhile = threading.get_ident(), []
+
+    def look():
+        meanwhile.extend(_parts.shared(thread_of, [(7,), (8,)], lambda _: None))
+
+    with ThreadPoolExecutor(1) as threads, _parts.done_by(threads):
+        results = _parts.shared(thread_of, [(n,) for n in range(3)], lambda _: None, look)
+        with pytest.raises(KeyError):
+            _parts.shared(refuses, [(3,)], lambda _: None)
+    assert meanwhile == [(7, here), (8, here)]
+    assert [number for number, _ in results] == [0, 1, 2]
+    assert here not in {thread for _, thread in results}
 
 
 def test_what_is_begun_in_a_helper_is_awaited_later():
     awaited_helper()
-    awaited = _processes.begun_in_helper(where, 3)
+    awaited = _parts.begun_in_helper(where, 3)
     number, process = awaited()
     assert number == 3 and process != os.getpid()
     assert awaited() == (number, process)
@@ -135,15 +180,15 @@ def test_what_is_begun_in_a_helper_is_awaited_later():
 def test_nothing_is_begun_in_a_helper_where_no_search_has_started_any(monkeypatch):
     monkeypatch.setattr(_processes, "_started_before", False)
     calls = []
-    awaited = _processes.begun_in_helper(calls.append, 3)
+    awaited = _parts.begun_in_helper(calls.append, 3)
     assert calls == [3]
     assert awaited() is None and calls == [3]
 
 
 def test_what_a_helper_begins_and_cannot_do_is_done_here_when_it_is_awaited():
     awaited_helper()
-    assert _processes.begun_in_helper(only_here, 3, os.getpid())() == 3
-    awaited = _processes.begun_in_helper(refuses, 3)
+    assert _parts.begun_in_helper(only_here, 3, os.getpid())() == 3
+    awaited = _parts.begun_in_helper(refuses, 3)
     with pytest.raises(KeyError):
         awaited()
 
@@ -160,7 +205,7 @@ def test_where_helpers_cannot_start_there_are_none(monkeypatch):
         raise OSError("No space left on device")
 
     monkeypatch.setattr(loky, "get_reusable_executor", fails)
-    results = _processes.shared(where, [(n,) for n in range(3)], lambda _: None)
+    results = _parts.shared(where, [(n,) for n in range(3)], lambda _: None)
     assert {process for _, process in results} == {os.getpid()}
     monkeypatch.undo()
 
@@ -191,7 +236,7 @@ def test_an_effect_of_a_model_file_reaches_a_helper(tmp_path):
     )
     study = model.read(file)
     awaited_helper()
-    results = _processes.shared(kinds_and_process, [(study.experiment,)] * 10, lambda _: None)
+    results = _parts.shared(kinds_and_process, [(study.experiment,)] * 10, lambda _: None)
     assert all(kinds == ["Spring"] for kinds, _ in results)
     assert len({process for _, process in results}) == 2
 
@@ -223,7 +268,11 @@ def test_hypotheses_are_the_same_with_a_model_error_fitted_elsewhere():
         null_hypothesis(setup + effect, data) for effect in (MASS, bp.effects.point_mass(0.3, 0.2))
     ]
     together = fitted_with_errors_in_processes(exact, errors)
-    for each, alone in zip(together, (with_errors(each, errors) for each in exact), strict=True):
+    with ThreadPoolExecutor(1) as threads, _parts.done_by(threads):
+        together += fitted_with_errors_in_processes(exact, errors)
+    for each, alone in zip(
+        together, [with_errors(each, errors) for each in exact] * 2, strict=True
+    ):
         assert each.has_errors and each.problem.sizes == pytest.approx(alone.problem.sizes)
         assert each.fit.log_evidence == pytest.approx(alone.fit.log_evidence, abs=1e-6)
         assert each.chi2_when_exact == alone.chi2_when_exact

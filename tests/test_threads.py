@@ -10,8 +10,8 @@ import jax
 import jax.numpy as jnp
 import pytest
 
+from bayes_placement._shared.executors import _thread_limits
 from bayes_placement._shared.precision import LEAST_THREADS
-from bayes_placement.design.running.executors import _thread_limits
 
 
 def test_a_process_has_as_many_threads_of_jax_as_it_should():

@@ -1,4 +1,4 @@
-"""Tasks shared among processes of this machine.
+"""Processes of this machine that help this one: how they start, compute and end.
 
 Two computations at once in one process take XLA twice the time of one after the other; in two
 processes they do not hinder each other.
@@ -6,6 +6,7 @@ processes they do not hinder each other.
 
 import atexit
 import ctypes
+import functools
 import gc
 import importlib
 import os
@@ -13,18 +14,13 @@ import signal
 import sys
 import time
 import warnings
-from collections import deque
-from collections.abc import Callable, Container, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Future
+from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
-from threading import RLock, Thread
-from typing import Any, Generic, TypeVar
+from threading import Thread
+from typing import Any, TypeAlias
 
 import jax
 import loky
-
-Result = TypeVar("Result")
-Task = tuple[Any, ...]
 
 MOST = 4
 """Most processes, this one included: each takes up to a gigabyte."""
@@ -46,6 +42,9 @@ SETTINGS = (
 )
 """Settings of JAX that a helper shares with this process."""
 
+Settings: TypeAlias = tuple[tuple[str, Any], ...]
+"""Their names and values."""
+
 RARELY = (100_000, 50, 50)
 """Thresholds of garbage. Traced functions are of many small objects that stay: by default Python
 looks through all of them whenever a quarter more has come, a tenth of the time of a search."""
@@ -59,68 +58,13 @@ M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3
 """Numbers of these settings in the C library, see mallopt(3)."""
 
 _sharing = False
-"""Whether helpers are at work for this process."""
+"""Whether others are at work for this process."""
 
 _started_before = False
 """Whether helpers have started, so that one may be idle."""
 
 _alone = False
 """Whether this process works alone: it is a helper itself, or helpers die or do not start."""
-
-
-def nothing() -> None:
-    """Do nothing."""
-
-
-def shared(
-    function: Callable[..., Result],
-    tasks: Sequence[Task],
-    done: Callable[[int], None],
-    meanwhile: Callable[[], Any] = nothing,
-) -> list[Result]:
-    """Call a function with the arguments of each task, in this process and its helpers.
-
-    Helpers are as many as there are further cores, at most three; LOKY_MAX_CPU_COUNT=1 in the
-    environment lets a search run in one process. A task that a helper cannot do is done here: what
-    it raises is raised here. Results follow from the arguments alone. Tasks that take longest come
-    first; each that is done is told by its number. What this process does meanwhile it does first,
-    once helpers have begun.
-    """
-    results: dict[int, Result] = {}
-    for number, result in shared_in_any_order(function, tasks, meanwhile):
-        results[number] = result
-        done(number)
-    return [results[number] for number in range(len(tasks))]
-
-
-def shared_in_any_order(
-    function: Callable[..., Result],
-    tasks: Sequence[Task],
-    meanwhile: Callable[[], Any] = nothing,
-) -> Iterator[tuple[int, Result]]:
-    """Number and result of each task as soon as it is done; all else is as in `shared`."""
-    helpers, count = started_helpers() if len(tasks) > 1 else (None, 0)
-    queue = _Queue(function, tasks)
-    with _at_work(helpers):
-        for _ in range(count):
-            queue.hand_to(helpers)
-        meanwhile()
-        yield from queue.results()
-
-
-def begun_in_helper(function: Callable[..., Result], *arguments: Any) -> Callable[[], Result]:
-    """Begin a task in a helper, and return what awaits its result; what it raises is raised there.
-
-    Where no search has started helpers, the task is done here at once: a new one takes longer to
-    start than most tasks.
-    """
-    helpers = started_helpers()[0] if _started_before else None
-    if helpers is None:
-        result = function(*arguments)
-        return lambda: result
-    queue = _Queue(function, [arguments])
-    queue.hand_to(helpers)
-    return lambda: next(queue.results())[1]
 
 
 def collect_garbage_rarely() -> None:
@@ -157,17 +101,24 @@ def has_one_core() -> bool:
     return _sharing or os.environ.get("PJRT_NPROC") == ONE_THREAD["PJRT_NPROC"]
 
 
+def is_sharing() -> bool:
+    """Tell whether parts of its work are with other processes: what else there is is done here."""
+    return _sharing
+
+
+def work_alone() -> None:
+    """Start no helpers from now on."""
+    global _alone
+    _alone = True
+
+
 @contextmanager
-def _at_work(helpers: Any) -> Iterator[None]:
-    """Leave the other cores to helpers; end these where this process stops in the middle."""
+def sharing() -> Iterator[None]:
+    """Leave the other cores to those who work for this process."""
     global _sharing
-    _sharing = helpers is not None
+    _sharing = True
     try:
         yield
-    except BaseException:
-        if helpers is not None:
-            helpers.shutdown(wait=False, kill_workers=True)
-        raise
     finally:
         _sharing = False
 
@@ -180,6 +131,11 @@ def begin_with_helpers(module: str) -> None:
     if loky.cpu_count() > 1:
         os.environ.setdefault("PJRT_NPROC", ONE_THREAD["PJRT_NPROC"])
         import_in_helpers(module)
+
+
+def have_helpers_started() -> bool:
+    """Whether a search has started helpers, so that one may be idle."""
+    return _started_before
 
 
 def import_in_helpers(module: str) -> None:
@@ -208,18 +164,24 @@ def started_helpers() -> tuple[Any, int]:
 
 def _started(count: int) -> Any:
     global _started_before
-    settings = {name: jax.config.values[name] for name in SETTINGS}
-    with _interrupts_held(), _quiet_trackers():
+    with starting():
         helpers = loky.get_reusable_executor(
             max_workers=count,
             timeout=IDLE,
-            initializer=_begin,
-            initargs=(settings, os.getpid()),
+            initializer=begin_helper,
+            initargs=(settings_of_jax(), os.getpid()),
             env=ENVIRONMENT,
         )
         helpers.submit(os.getpid)  # processes start with the first task
     _started_before = True
     return helpers
+
+
+@contextmanager
+def starting() -> Iterator[None]:
+    """Start processes that say nothing of a killed run, and that Ctrl-C does not reach."""
+    with _interrupts_held(), _quiet_trackers():
+        yield
 
 
 @contextmanager
@@ -260,15 +222,25 @@ def _import(module: str) -> None:
     importlib.import_module(module)
 
 
-def _begin(settings: dict[str, Any], parent: int) -> None:
-    """Prepare a helper: it works alone, compiles as this process does, and says nothing."""
-    global _alone
-    _alone = True
+def settings_of_jax() -> Settings:
+    """Settings that others share who compute for this process."""
+    return tuple((name, jax.config.values[name]) for name in SETTINGS)
+
+
+def begin_helper(settings: Settings, parent: int) -> None:
+    """Prepare a helper, which ends with the process that started it."""
     atexit.register(gc.freeze)  # or its end, which this process awaits, takes half a second
     Thread(target=_end_with, args=(parent,), daemon=True).start()
+    prepare_to_help(settings)
+
+
+@functools.cache
+def prepare_to_help(settings: Settings) -> None:
+    """Let this process work alone, compile as another one does, and say nothing."""
+    work_alone()
     collect_garbage_rarely()
-    warnings.simplefilter("ignore")  # this process warns of what it sees itself
-    for name, value in settings.items():
+    warnings.simplefilter("ignore")  # the other one warns of what it sees itself
+    for name, value in settings:
         jax.config.update(name, value)
 
 
@@ -277,63 +249,3 @@ def _end_with(parent: int) -> None:
     while os.getppid() == parent:
         time.sleep(1.0)
     os._exit(1)
-
-
-class _Queue(Generic[Result]):
-    """Tasks of which helpers and this process take the next one whenever they are idle."""
-
-    def __init__(self, function: Callable[..., Result], tasks: Sequence[Task]):
-        self._function, self._tasks = function, tasks
-        self._waiting = deque(range(len(tasks)))
-        self._handed: dict[int, Future[Any] | None] = {}
-        self._lock = RLock()
-
-    def hand_to(self, helpers: Any) -> None:
-        """Give helpers the next task, and one more whenever it is done."""
-        with self._lock:
-            if not self._waiting:
-                return
-            number = self._waiting.popleft()
-            try:
-                future = helpers.submit(self._function, *self._tasks[number])
-            except (RuntimeError, BrokenExecutor):  # they are gone
-                self._handed[number] = None
-                return
-            self._handed[number] = future
-        future.add_done_callback(lambda _: self.hand_to(helpers))
-
-    def results(self) -> Iterator[tuple[int, Result]]:
-        """Do what no helper has taken; number and result of each task as soon as it is done."""
-        known: set[int] = set()
-        while (number := self._next()) is not None:
-            known.add(number)
-            yield number, self._function(*self._tasks[number])
-            for ended in self._ended(known):
-                known.add(ended)
-                yield ended, self._awaited(ended)
-        for handed in self._handed:
-            if handed not in known:
-                yield handed, self._awaited(handed)
-
-    def _ended(self, known: Container[int]) -> list[int]:
-        """Tasks that helpers have done, less those that are known."""
-        with self._lock:
-            handed = dict(self._handed)
-        return [n for n, future in handed.items() if n not in known and future and future.done()]
-
-    def _next(self) -> int | None:
-        with self._lock:
-            return self._waiting.popleft() if self._waiting else None
-
-    def _awaited(self, number: int) -> Result:
-        """Result of a helper, or of the same task done here where the helper has failed."""
-        global _alone
-        future = self._handed[number]
-        try:
-            if future is None:
-                raise BrokenExecutor
-            result: Result = future.result()
-        except Exception as error:  # noqa: BLE001  what it raises here tells what is wrong
-            _alone = _alone or isinstance(error, BrokenExecutor)
-            return self._function(*self._tasks[number])
-        return result

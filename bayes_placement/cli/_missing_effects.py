@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from .._shared.errors import UsageError
+from .._shared.executors import workers
 from ..effects import EFFECTS, Library, library
 from ..effects.library import classes_named, nearest_name, unknown_effect
 from ..experiment.experiment import Experiment, Measurements
@@ -47,6 +48,8 @@ class Request:
         Universal files of several states by label, the baseline first; none for those of the study.
     save
         Model file that the completed model is written to; None for none.
+    workers, dask
+        See `bp.design.workers`.
     """
 
     path: Path
@@ -59,6 +62,8 @@ class Request:
     alone: bool = False
     states: Mapping[str, Path] = field(default_factory=dict)
     save: CompletedModel | None = None
+    workers: int | None = None
+    dask: str | None = None
 
     def read(self, command: str) -> Inputs:
         """Read study and measurement, which is that of the last state where there are several."""
@@ -138,11 +143,16 @@ class Request:
     ) -> Result:
         """Return what a function finds in what was measured; its progress is shown."""
         effects = self._candidates(inputs.experiment)
-        with fits_of_model(inputs), inputs.screen.progress([command]) as begin:
+        with (
+            workers(self.workers, dask=self.dask) as executor,
+            fits_of_model(inputs),
+            inputs.screen.progress([command]) as begin,
+        ):
             return function(
                 inputs.experiment,
                 measured,
                 candidates=effects,
+                executor=executor,
                 progress=begin(command),
                 **settings,
             )

@@ -11,7 +11,7 @@ import pandas as pd
 import xarray as xr
 
 from .._shared.files import write_atomically, write_csv, write_json
-from .._shared.processes import begun_in_helper
+from .._shared.parts import begun_in_helper
 from ..experiment.modal_parameters import ModalParameters
 from ..inference.record import now, versions
 from ..io import modal_parameters, netcdf

@@ -196,13 +196,23 @@ def explain(
     model_error: option.ModelError = False,
     baseline: option.Baseline = None,
     alone: option.Alone = False,
+    workers: option.Workers = None,
+    dask: option.Dask = None,
 ) -> int:
     """Say which physical effect a model lacks, with a probability for each."""
     from . import _missing_effects, explain
 
-    kinds = _split(effects)
     request = _missing_effects.Request(
-        model, data, kinds, output, lines, model_error, baseline, alone
+        model,
+        data,
+        _split(effects),
+        output,
+        lines,
+        model_error,
+        baseline,
+        alone,
+        workers=workers,
+        dask=dask,
     )
     return explain.run(request)
 
@@ -229,6 +239,8 @@ def improve(
     state: option.States = None,
     alone: option.Alone = False,
     save: option.Save = None,
+    workers: option.Workers = None,
+    dask: option.Dask = None,
 ) -> int:
     """Add what a model lacks, effect by effect, until only the noise is left."""
     from . import _missing_effects, _save, improve
@@ -236,7 +248,18 @@ def improve(
     kinds, states = _split(effects), _missing_effects.states_by_label(state or [])
     completed = None if save is None else _save.completed_model(save, model, data, model_error)
     request = _missing_effects.Request(
-        model, data, kinds, output, lines, model_error, baseline, alone, states, completed
+        model,
+        data,
+        kinds,
+        output,
+        lines,
+        model_error,
+        baseline,
+        alone,
+        states,
+        completed,
+        workers,
+        dask,
     )
     return improve.run(request)
 

@@ -13,11 +13,11 @@ from matplotlib.figure import Figure
 
 from .. import design
 from .._shared.errors import UsageError
+from .._shared.executors import workers
 from ..design import information
 from ..design.maps import information_map
 from ..design.place import Placement, place
 from ..design.planned import planned
-from ..design.running.executors import workers
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.modal_parameters import ModalParameters
 from ..experiment.variants import with_lines, with_more_sensors, with_only

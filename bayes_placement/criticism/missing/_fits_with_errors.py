@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ...experiment.model_error import ModalErrors
-from ._fits_in_processes import fitted_in_processes
+from ..fits_in_processes import fitted_in_processes
 from ._fitted_candidates import FittedFields, fitted_fields
 from ._hypotheses import Hypothesis, problem_with_errors, with_errors
 

@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from ..._shared.processes import nothing
+from ..._shared.parts import nothing
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...inference.residuals import Problem
+from ..fits_in_processes import fitted_in_processes
 from ._at_channels import data_changed
-from ._fits_in_processes import fitted_in_processes
 from ._hypotheses import Hypothesis, finite
 from ._scan import MOST, Scan
 from ._scanned_candidates import (

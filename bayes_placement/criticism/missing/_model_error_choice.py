@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..._shared.errors import InputError
-from ..._shared.processes import nothing
+from ..._shared.parts import nothing
 from ..._shared.progress import Progress
 from ...effects.library import Library
 from ...experiment.experiment import Experiment

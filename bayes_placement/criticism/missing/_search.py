@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from ..._shared.processes import nothing
+from ..._shared.parts import nothing
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...experiment.observe import Complex

@@ -10,7 +10,8 @@ from typing import Any
 import jax
 import numpy as np
 
-from ..._shared.processes import import_in_helpers, nothing
+from ..._shared.parts import executor_of_parts, nothing
+from ..._shared.processes import import_in_helpers
 from ...effects.library import Library
 from ...experiment.experiment import Experiment
 from ...experiment.model_error import ModalErrors
@@ -57,7 +58,8 @@ class SharedFits:
     @functools.cached_property
     def null(self) -> Hypothesis:
         """The model as given."""
-        import_in_helpers(__package__)
+        if executor_of_parts() is None:
+            import_in_helpers(__package__)
         experiment, data, *_ = self.content
         return null_hypothesis(experiment, data)
 

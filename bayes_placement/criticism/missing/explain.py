@@ -1,10 +1,12 @@
 """Rank the effects that a model may lack, each added alone."""
 
+from concurrent.futures import Executor
 from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
 from ..._shared.arguments import arguments_checked
+from ..._shared.parts import done_by
 from ..._shared.processes import rare_garbage_collection
 from ..._shared.progress import Progress, no_progress
 from ...effects.library import Library
@@ -42,6 +44,7 @@ def explain(
     candidates: Library[Experiment] | None = None,
     model_error: Embedded | None = Embedded(),  # noqa: B008  it never changes
     store: str | Path | None = None,
+    executor: Executor | None = None,
     progress: Progress = no_progress,
 ) -> Ranking:
     """Say which effect is missing from a model, if any.
@@ -68,6 +71,9 @@ def explain(
     store
         Folder in which fits are kept, one file each, named by a hash of all that they follow from.
         A later search, `explain` or `improve`, takes those that are there.
+    executor
+        Any `concurrent.futures.Executor` that does the parts, such as `design.workers()` gives, or
+        one of a cluster; by default this process and its helpers do. The result is the same.
     progress
         Called with the share of the work done.
 
@@ -96,7 +102,7 @@ def explain(
     tried = candidates_of(experiment, candidates)
     question = Question.of(experiment, data, tried, model_error, level=LEVEL)
     count = 2 * len(tried.effects) + 2
-    with fits_kept_in(store):
+    with fits_kept_in(store), done_by(executor):
         tick = ticks(progress, count, (0.0, 0.9))
         answer, earlier = answered_by_states(question, tick, baseline)
     null, comparison, _ = answer

@@ -4,6 +4,7 @@ import itertools
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any, NamedTuple, overload
 
@@ -12,6 +13,7 @@ from threadpoolctl import threadpool_limits
 
 from ..._shared.arguments import arguments_checked, check_count, check_positive
 from ..._shared.errors import InputError
+from ..._shared.parts import done_by
 from ..._shared.processes import rare_garbage_collection
 from ..._shared.progress import Progress, no_progress
 from ...effects.library import Library, kind_of
@@ -57,6 +59,7 @@ def improve(
     most_effects: int = MOST_EFFECTS,
     model_error: Embedded | None = Embedded(),  # noqa: B008  it never changes
     store: str | Path | None = None,
+    executor: Executor | None = None,
     progress: Progress = no_progress,
     callback: Callback = no_callback,
 ) -> Ledger: ...
@@ -72,6 +75,7 @@ def improve(
     most_effects: int = MOST_EFFECTS,
     model_error: Embedded | None = Embedded(),  # noqa: B008  it never changes
     store: str | Path | None = None,
+    executor: Executor | None = None,
     progress: Progress = no_progress,
     callback: Callback = no_callback,
 ) -> LedgerOfStates: ...
@@ -90,6 +94,7 @@ def improve(
     most_effects: int = MOST_EFFECTS,
     model_error: Embedded | None = Embedded(),  # noqa: B008  it never changes
     store: str | Path | None = None,
+    executor: Executor | None = None,
     progress: Progress = no_progress,
     callback: Callback = no_callback,
 ) -> Ledger | LedgerOfStates:
@@ -124,6 +129,9 @@ def improve(
     store
         Folder in which fits are kept, one file each, named by a hash of all that they follow from.
         A later search, `explain` or `improve`, takes those that are there.
+    executor
+        Any `concurrent.futures.Executor` that does the parts, such as `design.workers()` gives, or
+        one of a cluster; by default this process and its helpers do. The result is the same.
     progress
         Called with the share of the work done.
     callback
@@ -155,7 +163,7 @@ def improve(
     search = _Search(
         experiment, candidates_of(experiment, candidates), model_error, level, most_effects
     )
-    with fits_kept_in(store):
+    with fits_kept_in(store), done_by(executor):
         if not isinstance(measurement, Mapping):
             return search.of(measurement, baseline, progress, callback).ledger
         _check_states(measurement, baseline)

@@ -1,9 +1,12 @@
 """Where something that is missing may act, whatever it is: the place before the law."""
 
+from concurrent.futures import Executor
+
 from threadpoolctl import threadpool_limits
 
 from ..._shared.arguments import arguments_checked
 from ..._shared.errors import InputError
+from ..._shared.parts import done_by
 from ..._shared.processes import rare_garbage_collection
 from ..._shared.progress import Progress, no_progress
 from ...experiment.data_checks.signal import check_signal
@@ -32,6 +35,7 @@ def reach(
     *,
     baseline: Measurements | None = None,
     model_error: Embedded | None = Embedded(),  # noqa: B008  it never changes
+    executor: Executor | None = None,
     progress: Progress = no_progress,
 ) -> Reach:
     """Say where something missing may act, whatever it is: no list of effects is used.
@@ -57,6 +61,9 @@ def reach(
         Model error that both states share, where the experiment has none and does not reach the
         noise of the baseline; None where the model must be taken for exact. Without a baseline
         there is none: it would take up what laws do.
+    executor
+        Any `concurrent.futures.Executor` that does the parts, such as `design.workers()` gives, or
+        one of a cluster; by default this process and its helpers do. The result is the same.
     progress
         Called with the share of the work done.
 
@@ -99,7 +106,8 @@ def reach(
         )
     ports, reached_at = (ports_of_effects, reached_modes) if is_modal else (ports_of, reached_ports)
     tick = ticks(progress, len(ports(known.problem.experiment)), (0.0, 1.0))
-    reached = reached_at(known.problem, known.fit.point, tick)
+    with done_by(executor):
+        reached = reached_at(known.problem, known.fit.point, tick)
     return reach_of(known.problem, null.fit, *reached)
 
 

@@ -14,6 +14,7 @@ from ...inference.engines.levenberg_marquardt import Fit, best_fit, minimise
 from ...inference.residuals import Problem
 from ...laws.catalogue import leaves
 from ...laws.law import Law, Tree
+from ..fits_in_processes import fitted_in_processes
 from ..kept_fits import NONE
 from ._asked import Rows
 from ._at_port import (
@@ -109,17 +110,21 @@ def reached_ports(
     """
     ports = ports_of(problem.experiment)
     pieces = Counter(port.acts_on for port in ports)
-    reached: list[ReachOfPort] = []
-    named: list[list[NamedLaw]] = []
-    for port in ports:
-        reached.append(reach_of_port(problem, point, port))
-        named.append(laws_with_names(reached[-1], pieces[port.acts_on]))
-        tick()
+    tasks = [(problem, point, port, pieces[port.acts_on]) for port in ports]
+    found = fitted_in_processes(_reached_with_laws, tasks, lambda _: tick())
+    reached, named = [reach for reach, _ in found], [laws for _, laws in found]
     order = sorted(range(len(ports)), key=lambda number: -_log_evidence(_best(named[number])))
     for number in order[:REFINED]:
         count = pieces[ports[number].acts_on]
         named[number] = _refined(reached[number], named[number], count)
     return reached, [law for laws in named for law in laws]
+
+
+def _reached_with_laws(
+    problem: Problem, point: Point, port: Port, pieces: int
+) -> tuple[ReachOfPort, list[NamedLaw]]:
+    reach = reach_of_port(problem, point, port)
+    return reach, laws_with_names(reach, pieces)
 
 
 def _refined(reach: ReachOfPort, laws: list[NamedLaw], pieces: int) -> list[NamedLaw]:

@@ -9,7 +9,8 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import information
-from bayes_placement.design.running import _dispatch, executors
+from bayes_placement._shared import executors
+from bayes_placement.design.running import _dispatch
 from bayes_placement.design.running import chunks as chunking
 from models import bar
 from tests.design import killed, small_maps

@@ -1,38 +1,34 @@
 """Worker processes on this machine, or those of a Dask cluster."""
 
 import logging
-import multiprocessing
 import os
-import signal
-import threading
-import warnings
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from types import ModuleType
 from typing import Any
 
-from ..._shared.arguments import arguments_checked
-from ..._shared.errors import InputError, MissingExtraError
-from ..._shared.precision import LEAST_THREADS
-from ..._shared.processes import environment
+import loky
 
-REPLACEMENTS = 3
-"""How often lost workers are replaced before the run is given up."""
+from .arguments import arguments_checked
+from .errors import InputError, MissingExtraError
+from .precision import LEAST_THREADS
+from .processes import ENVIRONMENT, begin_helper, settings_of_jax, starting
 
 
 @arguments_checked
 def workers(
     processes: int | None = None, *, dask: str | None = None
 ) -> AbstractContextManager[Executor | None]:
-    """Executor for `information_map` and `place`, for use in a `with` statement.
+    """Executor of searches, maps and `place`, for use in a `with` statement.
 
-    A worker that is lost is replaced, and its chunk is computed again.
+    A worker that is lost is replaced, and its part is computed again: the result is the same.
 
     Parameters
     ----------
     processes
-        Number of processes on this machine; None to compute in this one.
+        Number of processes on this machine; None to compute in this one
+        and, as far as it has further cores, in helpers.
     dask
         Address of a Dask scheduler, `tcp://host:8786`; or `local`, for a scheduler and `processes`
         workers on this machine.
@@ -67,7 +63,7 @@ def workers(
 
 
 class WorkerProcesses(Executor):
-    """Processes on this machine, each with its share of the cores.
+    """Processes on this machine, each with its share of the cores; one that is lost is replaced.
 
     They are spawned: a process that is forked while JAX runs hangs. They end with the process that
     started them, also if that is killed.
@@ -79,38 +75,30 @@ class WorkerProcesses(Executor):
     """
 
     def __init__(self, count: int):
-        self._count, self._replacements_left = count, REPLACEMENTS
+        self._count = count
         self._pool = self._new_pool()
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Call a function in one of the processes."""
-        return self._pool.submit(fn, *args, **kwargs)
-
-    def replace(self) -> bool:
-        """Replace all processes after one was lost; False if that was done too often."""
-        if self._replacements_left == 0:
-            return False
-        self._replacements_left -= 1
-        self._pool.shutdown(cancel_futures=True)
-        self._pool = self._new_pool()
-        return True
+        try:
+            return self._pool.submit(fn, *args, **kwargs)
+        except BrokenExecutor:
+            self._pool = self._new_pool()
+            return self._pool.submit(fn, *args, **kwargs)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End all processes."""
-        self._pool.shutdown(wait, cancel_futures=cancel_futures)
+        """End all processes; parts that were not begun are left."""
+        self._pool.shutdown(wait, kill_workers=cancel_futures)
 
-    def _new_pool(self) -> ProcessPoolExecutor:
-        pool = ProcessPoolExecutor(
-            self._count,
-            mp_context=multiprocessing.get_context("spawn"),
-            initializer=_start_worker,
-            initargs=(_warning_filters(),),
-        )
-        # Libraries read their number of threads when they are imported, before any initializer.
-        # Each submission starts one process, as long as none is idle: they take long to start.
-        with environment(_thread_limits(self._count)):
-            for _ in range(self._count):
-                pool.submit(os.getpid)
+    def _new_pool(self) -> Any:
+        with starting():
+            pool = loky.ProcessPoolExecutor(
+                self._count,
+                initializer=begin_helper,
+                initargs=(settings_of_jax(), os.getpid()),
+                env=ENVIRONMENT | _thread_limits(self._count),
+            )
+            pool.submit(os.getpid)  # processes start with the first task
         return pool
 
 
@@ -120,41 +108,6 @@ def _thread_limits(count: int) -> dict[str, str]:
     of_jax = share if share == 1 else max(share, LEAST_THREADS)
     names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
     return {"PJRT_NPROC": str(of_jax)} | dict.fromkeys(names, str(share))
-
-
-def _warning_filters() -> list[Any]:
-    """Filters of warnings of this process, without those of classes that must be imported first."""
-    return [
-        (action, _pattern(message), category, _pattern(module), line)
-        for action, message, category, module, line in warnings.filters
-        if category.__module__ == "builtins"
-    ]
-
-
-def _pattern(text: Any) -> str:
-    """Regular expression of a filter, which keeps it compiled, as a string, or as None."""
-    return getattr(text, "pattern", text) or ""
-
-
-def _start_worker(filters: list[Any]) -> None:
-    _filter_warnings(filters)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends it
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _filter_warnings(filters: list[Any]) -> None:
-    """Treat warnings in this worker as they are treated in the process that started it."""
-    warnings.resetwarnings()
-    for settings in reversed(filters):  # the last one that is set comes first
-        warnings.filterwarnings(*settings)
-
-
-def _end_with_parent() -> None:
-    """End this worker with its parent: the pipe it reads is held open by the other workers."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
 
 
 @contextmanager

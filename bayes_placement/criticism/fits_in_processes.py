@@ -10,8 +10,8 @@ from typing import Any, TypeVar
 
 from threadpoolctl import threadpool_limits
 
-from ..._shared.processes import nothing, shared
-from ..kept_fits import count_taken, fits_kept_in, folder_of_fits
+from .._shared.parts import nothing, shared
+from .kept_fits import count_taken, fits_kept_in, folder_of_fits
 
 Outcome = TypeVar("Outcome")
 
