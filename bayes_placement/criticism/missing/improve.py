@@ -194,7 +194,7 @@ class _Search(NamedTuple):
         began = time.perf_counter()
         check_signal(self.experiment, measurement)
         asked = self.experiment, self.experiment.data(measurement), self.tried, self.model_error
-        settings = {"level": self.level, "most_effects": self.most_effects}
+        settings: Any = {"level": self.level, "most_effects": self.most_effects}
         question = Question.of(*asked, **settings, seen=BestSoFar(callback))
         tick = ticks(progress, 2 * len(self.tried.effects) + 20, (0.02, 0.9))
         answer, earlier = answered_by_states(question, tick, baseline, between)
