@@ -18,6 +18,10 @@ STRONG = np.log(AS_STATED.strong)
 """Log Bayes factor of strong evidence."""
 
 
+ONE_FIT = 0.01
+"""Squares by which two ends of descents at one fit differ, at most."""
+
+
 class Comparison(NamedTuple):
     """Fitted hypotheses, and the candidates that they were chosen from.
 
@@ -49,10 +53,16 @@ class Comparison(NamedTuple):
         hypotheses: Sequence[Hypothesis],
         networks: Mapping[str, float] = MappingProxyType({}),
     ) -> "Comparison":
-        """Return the comparison with further hypotheses, and the priors of their networks."""
-        return self._replace(
-            hypotheses=[*self.hypotheses, *hypotheses], networks={**self.networks, **networks}
-        )
+        """Return the comparison with further hypotheses, and the priors of their networks.
+
+        With a network that was found beside several others, and ends at one fit, there is one.
+        """
+        known, networks = [*self.hypotheses], {**self.networks, **networks}
+        for hypothesis in hypotheses:
+            is_known = any(_end_at_one_fit(hypothesis, other) for other in known)
+            if not (is_known and networks.keys() & {*hypothesis.kinds}):
+                known.append(hypothesis)
+        return self._replace(hypotheses=known, networks=networks)
 
     def joined(self, others: "Comparison") -> "Comparison":
         """Return the comparison with those of other candidates on the same model."""
@@ -117,6 +127,11 @@ class Comparison(NamedTuple):
     def of(self, kinds: tuple[str, ...]) -> Hypothesis:
         """The best variant with these kinds of effects."""
         return self.hypotheses[self.weighed.of(kinds)]
+
+
+def _end_at_one_fit(first: Hypothesis, second: Hypothesis) -> bool:
+    """Whether two are of the same kinds, and leave the same; a deviation away chi2 grows by 1."""
+    return first.kinds == second.kinds and abs(first.fit.squares - second.fit.squares) < ONE_FIT
 
 
 def passes(hypothesis: Hypothesis, level: float) -> bool:

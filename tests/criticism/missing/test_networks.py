@@ -195,4 +195,6 @@ def test_beside_a_network_a_listed_effect_gives_way_to_a_simpler_one():
     assert with_network.best().kinds == both.kinds
     simpler = with_listed_replaced(with_network, lambda: None)
     assert simpler.best().kinds == (*first.kinds, "point_mass")
+    # Found once more, from another start, it is no more probable.
+    assert simpler.with_hypotheses([simpler.best()]).hypotheses == simpler.hypotheses
     assert p_value(simpler.best()) > 0.01
