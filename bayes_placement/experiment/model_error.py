@@ -122,7 +122,7 @@ class Embedded:
     damping: Size = field(default_factory=lambda: LogUniform(1e-3, 1.0))
     shape: Size = field(default_factory=lambda: LogUniform(1e-4, 0.3))
     gain: Size = field(default_factory=lambda: LogUniform(1e-4, 0.1))
-    stiffness_and_mass: Size = field(default_factory=lambda: LogUniform(1e-4, 0.3))
+    stiffness_and_mass: Size = field(default_factory=lambda: LogUniform(1e-4, 1.0))
     runs: Size = None
     modes: int | None = None
     pieces: int | None = None

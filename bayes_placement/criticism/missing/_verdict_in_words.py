@@ -12,7 +12,7 @@ from ...inference.units import percent, three_digits
 from ..reach.reach import Reach
 from ._standing import Standing
 from ._weighed import NONE, numbered_kind
-from .decide import is_missing, is_unexplained
+from .decide import decide, is_missing, is_unexplained
 from .fitted_model import FittedModel
 
 if TYPE_CHECKING:
@@ -159,8 +159,10 @@ def _of_two_states(ledger: Ledger) -> str:
     if is_unexplained(ledger.rows.baseline, ledger.policy):
         return f"{UNEXPLAINED_BASELINE} {alone}"
     if not ledger.verdict:
+        why = "; ".join(decide(ledger.rows, ledger.policy).reasons)
         fails = " The model still fails its check." if ledger.unexplained else ""
-        return f"Nothing is claimed to be new since the baseline was measured.{fails} {alone}"
+        since = f"since the baseline was measured{why and f': {why}'}"
+        return f"Nothing is claimed to be new {since}.{fails} {alone}"
     new = " and ".join(_with_odds(ledger, kind) for kind in _kinds(ledger))
     remark = " Something else is new as well." if ledger.unexplained else ""
     falls = fall(ledger.steps[0], ledger.steps[-1], " of both states")

@@ -194,7 +194,8 @@ def objections(weighed: Weighed, number: int, fewer: int) -> Iterator[str]:
         if not _explains_most(row, before, policy):
             yield "leaves more to the model error than it explains"
     elif row.errors_at_edge:
-        yield f"needs as much {row.errors_at_edge[0]} as its prior allows"
+        kind = row.errors_at_edge[0].split(".")[1].replace("_", " ")
+        yield f"needs as large a model error of {kind} as its prior allows"
     if not predicts_better(row, before, policy):
         yield "predicts held-out data no better" if row.held_out else "was held against no data"
 

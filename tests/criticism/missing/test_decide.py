@@ -125,7 +125,8 @@ def test_beside_a_model_error_as_large_as_its_prior_allows_nothing_is_new():
     assert decided(*rows).kinds == ("mass",)
     decision = decided(rows[0], rows[1]._replace(sizes=AT_EDGE))
     assert decision.kinds == ()
-    assert decision.reasons == ("mass needs as much model_error.damping.size as its prior allows",)
+    (reason,) = decision.reasons
+    assert reason == "mass needs as large a model error of damping as its prior allows"
 
 
 @pytest.mark.parametrize(
