@@ -14,7 +14,7 @@ COMMANDS = ("pip", "python", "bayes-placement", "sphinx-build")
 FENCED = re.compile(r"^```(python|toml)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 INDENTED = re.compile(r"(?<=\n\n)((?: {4}.*\n|\n)+)")
 SAVED = re.compile(r"[Ss]ave (?:this|it) as\s+`(\w+\.(?:py|toml))`")
-OPTIONAL = ("dask_jobqueue", "ansys")
+OPTIONAL = ("dask_jobqueue", "executorlib", "ansys")
 """Libraries without which blocks that name them are left out: a cluster, and one that is large."""
 
 

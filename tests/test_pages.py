@@ -37,7 +37,7 @@ HOW_TO = {
         "placements: s3 at 0.1 m",
     ),
     "placement": ("nat",),
-    "cluster": ("best: s1 at 0.",),
+    "cluster": ("best: s1 at 0.", "point_mass"),
 }
 """What each page prints, among other things."""
 

@@ -27,8 +27,7 @@ def workers(
     Parameters
     ----------
     processes
-        Number of processes on this machine; None to compute in this one
-        and, as far as it has further cores, in helpers.
+        Number of processes on this machine; None for this one and its helpers.
     dask
         Address of a Dask scheduler, `tcp://host:8786`; or `local`, for a scheduler and `processes`
         workers on this machine.

@@ -153,6 +153,7 @@ class _Queue(Generic[Result]):
         self._settings = processes.settings_of_jax()
         self._waiting, self._lost = deque(range(len(tasks))), Counter[int]()
         self._handed: dict[int, Future[Result]] = {}
+        self._refused: Exception | None = None
         self._lock = RLock()
 
     def hand_out(self, _: object = None) -> None:
@@ -162,10 +163,8 @@ class _Queue(Generic[Result]):
                 number = self._waiting.popleft()
                 try:
                     self._handed[number] = self._submitted(number)
-                except (RuntimeError, BrokenExecutor):
-                    if not self._helps:
-                        raise
-                    self._give_up_helpers()
+                except (RuntimeError, BrokenExecutor) as error:
+                    self._give_up(error)
                     self._waiting.appendleft(number)
                     return
                 if self._helps:
@@ -177,7 +176,10 @@ class _Queue(Generic[Result]):
             if (number := self._next()) is not None:
                 yield number, self._function(*self._tasks[number])
             else:
-                wait(self._futures(), return_when=FIRST_COMPLETED)
+                futures = self._futures()
+                if not futures and self._refused is not None:
+                    raise self._refused
+                wait(futures, return_when=FIRST_COMPLETED)
             # Results are yielded before a failure in the same batch is raised.
             for number, future in sorted(self._ended(), key=lambda ended: _has_failed(ended[1])):
                 yield from self._received(number, future)
@@ -213,7 +215,7 @@ class _Queue(Generic[Result]):
             yield number, future.result()
         elif self._helps:
             if _is_lost(future):
-                self._give_up_helpers()
+                self._give_up()
             yield number, self._function(*self._tasks[number])  # what it raises tells what is wrong
         elif _is_lost(future) and self._lost[number] < TRIES - 1:
             self._lost[number] += 1
@@ -221,9 +223,11 @@ class _Queue(Generic[Result]):
         else:
             future.result()
 
-    def _give_up_helpers(self) -> None:
-        self._most = 0
-        processes.work_alone()
+    def _give_up(self, error: Exception | None = None) -> None:
+        """Give no more to workers that are lost; without helpers all is done here from now on."""
+        self._most, self._refused = 0, error
+        if self._helps:
+            processes.work_alone()
 
     def _at_workers(self) -> int:
         return sum(not future.done() for future in self._handed.values())

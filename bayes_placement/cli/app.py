@@ -202,19 +202,8 @@ def explain(
     """Say which physical effect a model lacks, with a probability for each."""
     from . import _missing_effects, explain
 
-    request = _missing_effects.Request(
-        model,
-        data,
-        _split(effects),
-        output,
-        lines,
-        model_error,
-        baseline,
-        alone,
-        workers=workers,
-        dask=dask,
-    )
-    return explain.run(request)
+    asked = model, data, _split(effects), output, lines, model_error, baseline, alone
+    return explain.run(_missing_effects.Request(*asked, workers=workers, dask=dask))
 
 
 @command(
@@ -247,21 +236,8 @@ def improve(
 
     kinds, states = _split(effects), _missing_effects.states_by_label(state or [])
     completed = None if save is None else _save.completed_model(save, model, data, model_error)
-    request = _missing_effects.Request(
-        model,
-        data,
-        kinds,
-        output,
-        lines,
-        model_error,
-        baseline,
-        alone,
-        states,
-        completed,
-        workers,
-        dask,
-    )
-    return improve.run(request)
+    asked = model, data, kinds, output, lines, model_error, baseline, alone, states, completed
+    return improve.run(_missing_effects.Request(*asked, workers, dask))
 
 
 @command(

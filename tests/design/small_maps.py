@@ -64,6 +64,12 @@ def stop_once(marker, chunk):
     return chunking.compute_packed(chunk)
 
 
+def slowly(chunk):
+    """Compute a chunk, but not at once."""
+    time.sleep(0.3)
+    return chunking.compute_packed(chunk)
+
+
 def where(chunk):
     """Instead of each number of a chunk, the process that was given it."""
     time.sleep(0.05)  # so that the other helps

@@ -88,6 +88,8 @@ def explain(
         If data and experiment do not match, there is no noise, or there is no candidate.
     InfeasibleError
         If a prior has no inverse distribution function.
+    WorkerError
+        If the executor loses a worker again and again, or takes no more.
 
     Examples
     --------

@@ -149,6 +149,8 @@ def improve(
         If data and experiment do not match, there is no noise, or there is no candidate.
     InfeasibleError
         If a prior has no inverse distribution function.
+    WorkerError
+        If the executor loses a worker again and again, or takes no more.
 
     Examples
     --------

@@ -77,6 +77,8 @@ def reach(
     InputError
         If no law can be read: at several force levels, of modal parameters of two states, or where
         an effect of the model needs other lines than the measured ones.
+    WorkerError
+        If the executor loses a worker again and again, or takes no more.
 
     Examples
     --------

@@ -391,6 +391,7 @@ class Stopped(BaseException):
 @pytest.mark.parametrize("error", [KeyboardInterrupt, Stopped])
 def test_nothing_is_left_waiting_when_a_run_is_stopped(error, monkeypatch):
     futures = []
+    monkeypatch.setattr(_dispatch, "compute_packed", small_maps.slowly)
 
     def stop(share):
         if share > 0:
@@ -478,7 +479,7 @@ TENS = [(number, 10 * number) for number in range(CELLS)]
 
 
 class Breaking(Executor):
-    """Breaks once it was given so many."""
+    """Breaks once it was given so many, and then takes no more."""
 
     def __init__(self, count):
         self.left = count
@@ -486,11 +487,16 @@ class Breaking(Executor):
     def submit(self, fn, /, *args):
         self.left -= 1
         future = Future()
+        if self.left < -1:
+            raise BrokenProcessPool("a process ended")
         if self.left < 0:
             future.set_exception(BrokenProcessPool("a process ended"))
         else:
             future.set_result(fn(*args))
         return future
+
+    def shutdown(self, wait=True, **_):
+        """Nothing runs."""
 
 
 @pytest.mark.long
@@ -503,22 +509,26 @@ def test_a_lost_worker_is_replaced(numbered, tmp_path, monkeypatch):
     assert sorted((int(chunk.cells[0]), int(ten[0])) for chunk, ten in results) == TENS
 
 
-def test_workers_that_are_lost_again_and_again_are_given_up(numbered, monkeypatch):
-    begun = []
+@pytest.fixture
+def breaking(numbered, monkeypatch):
+    """Results of workers whose pools break once they were given so many."""
+    monkeypatch.setattr(_dispatch, "compute_packed", lambda number: np.array([10 * number]))
 
-    def new(self):
-        begun.append(Breaking(2))
-        return begun[-1]
+    def results(count):
+        monkeypatch.setattr(WorkerProcesses, "_new_pool", lambda self: Breaking(count))
+        with bp.design.workers(1) as executor:
+            return list(_dispatch._computed(numbered, executor))
 
-    monkeypatch.setattr(WorkerProcesses, "_new_pool", new)
-    monkeypatch.setattr(_dispatch, "compute_packed", lambda number: np.array([number]))
-    results = []
-    with (
-        bp.design.workers(1) as executor,
-        pytest.raises(RuntimeError, match=r"A worker was lost.* same store.*may lack memory"),
-    ):
-        results.extend(_dispatch._computed(numbered, executor))
-    assert len(begun) == _parts.TRIES
+    return results
+
+
+def test_workers_that_are_lost_are_replaced(breaking):
+    assert sorted((int(chunk.cells[0]), int(ten[0])) for chunk, ten in breaking(2)) == TENS
+
+
+def test_workers_that_are_lost_again_and_again_are_given_up(breaking):
+    with pytest.raises(RuntimeError, match=r"A worker was lost.* same store.*may lack memory"):
+        breaking(0)
 
 
 def test_another_pool_that_breaks_leaves_what_was_finished(full_map, tmp_path, counted):
