@@ -105,8 +105,9 @@ def shared_in_any_order(
     queue = _Queue(function, tasks, *_workers(len(tasks)))
     with queue.at_work():
         queue.hand_out()
-        with _COMPUTING:
-            meanwhile()
+        if meanwhile is not nothing:  # threads that have parts take the lock again and again
+            with _COMPUTING:
+                meanwhile()
         yield from queue.results()
 
 
