@@ -13,7 +13,7 @@ from ..experiment.experiment import Experiment, Measurements
 from ..inference import cross_check
 from ..inference.results import warnings_of
 from ..io.model import Study
-from ._inputs import infer_posterior
+from ._posterior import infer_posterior
 
 ESTIMATORS: dict[str, Callable[..., Any]] = {
     "kernel-gain": information.KernelGain,

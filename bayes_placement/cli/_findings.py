@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from .._shared.labels import ABOUT, AS_DRAWN
 from ..criticism.check.misfit import Misfit
-from ..criticism.findings.findings import ABOUT, Model, draws_of_result, findings, models_of
-from ..criticism.fitted import AS_DRAWN
+from ..criticism.findings.findings import Model, draws_of_result, findings, models_of
 from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.ranking import Ranking
 from ..criticism.values import in_scalars

@@ -1,19 +1,13 @@
 """What every command begins with: the study, its measurement, the folder, the posterior."""
 
-import warnings
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import xarray as xr
-
 from .._shared.errors import InputError, UsageError
-from .._shared.progress import Progress
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.modal_parameters import ModalParameters
 from ..experiment.model_error import Embedded
 from ..experiment.variants import observing_modes
-from ..inference import cross_check
-from ..inference.infer import InferenceWarning, infer
 from ..io import case, formats, modal_parameters, model
 from ..io._gate import files_read
 from ..io._modal_files import holds_modal_parameters
@@ -163,31 +157,3 @@ def measured(study: model.Study, data: Path | None, path: Path, command: str) ->
             f"needed: bayes-placement {command} {path} --data measured.uff"
         )
     return study.measurement
-
-
-def named_method(study: model.Study, engine: str, marginal: str) -> cross_check.Method:
-    """Return a method by its names, with the engine of the study where it is of that kind."""
-    method = cross_check.method(engine, marginal)
-    if study.engine is not None and type(study.engine) is type(method.engine):
-        return method._replace(engine=study.engine)
-    return method
-
-
-def infer_posterior(
-    experiment: Experiment,
-    measurement: Measurements,
-    method: cross_check.Method,
-    seed: int,
-    progress: Progress,
-) -> xr.DataTree:
-    """Infer by a method; its warnings become lines of the report."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", InferenceWarning)
-        return infer(
-            experiment,
-            measurement,
-            engine=method.engine,
-            marginal=method.marginal,
-            key=seed,
-            progress=progress,
-        )

@@ -8,7 +8,8 @@ from ..criticism.kept_fits import fits_kept_in
 from ..criticism.missing.as_given import fitted_as_given
 from ..inference.cross_check import Method
 from ..inference.engines import MAP
-from ._inputs import Inputs, named_method
+from ._inputs import Inputs
+from ._posterior import named_method
 
 
 @contextmanager

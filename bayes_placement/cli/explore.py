@@ -12,9 +12,10 @@ from ..explorer.opened import Given, opened
 from ..inference.engines import MAP
 from ..io._gate import files_read
 from ._explored_model import explored_model
-from ._inputs import Inputs, infer_posterior, named_method, print_data_faults, read_both
+from ._inputs import Inputs, print_data_faults, read_both
 from ._lines import choose_lines
 from ._missing_effects import Request
+from ._posterior import infer_posterior, named_method
 
 if TYPE_CHECKING:
     from ..explorer.live import LivePage

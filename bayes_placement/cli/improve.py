@@ -18,9 +18,10 @@ from ..plots import ledger as plots
 from ..plots import misfit as misfit_plots
 from ..plots import modes as mode_plots
 from ._findings import FINDINGS, of_models, of_result, where_next
-from ._inputs import Inputs, infer_posterior, named_method
+from ._inputs import Inputs
 from ._missing_effects import Request
 from ._next_command import command_on
+from ._posterior import infer_posterior, named_method
 from ._reach import draw_reach, in_full, show_reach, write_reach
 from ._run import Run, numbered
 from ._save import CompletedModel

@@ -25,13 +25,9 @@ from ..plots import _posterior_pages as pages
 from ..plots import modes as mode_plots
 from ..plots import posterior as plots
 from ._findings import FINDINGS, of_models, of_posterior
-from ._inputs import (
-    infer_posterior,
-    named_method,
-    print_data_faults,
-    read_both,
-)
+from ._inputs import print_data_faults, read_both
 from ._next_command import command_on
+from ._posterior import infer_posterior, named_method
 from ._run import Drawing, Output, Run, numbered
 from ._terminal import Screen
 

@@ -7,13 +7,11 @@ import numpy as np
 import xarray as xr
 
 from .._shared.compiled import compiled
-from ..experiment.experiment import FORCE_LEVEL, Experiment, Measurements
+from .._shared.labels import FORCE_LEVEL
+from ..experiment.experiment import Experiment, Measurements
 from ..inference.bands import amplitude
 from ..inference.results import outputs
 from .values import prediction, with_arrays
-
-AS_DRAWN, AS_GIVEN = "as drawn", "as given"
-"""Names of the model at recorded positions and means of priors, and of the same once fitted."""
 
 
 def fitted(

@@ -1,7 +1,7 @@
 """experiment: a structure, what excites and reads it, and the output error: one NumPyro model."""
 
+from .._shared.completion import offer_own
 from ..positions.channel import Channel
-from ..positions.completion import offer_own
 from . import damping, model_error, noise, observe
 from .experiment import Experiment
 from .measurement import Measurement

@@ -43,9 +43,6 @@ MEASURED = "measured"
 RESPONSE = "response"
 """Name of the outputs without output error, in simulations."""
 
-FORCE_LEVEL = "force_level"
-"""Dimension of the force amplitudes [N], which outputs have where the experiment states them."""
-
 Measurements = Measurement | ModalParameters | Sequence[Measurement]
 
 

@@ -9,7 +9,8 @@ import xarray as xr
 from jaxtyping import Bool, Float, Int
 
 from .._shared.errors import InputError
-from ..experiment.experiment import FORCE_LEVEL, MEASURED, RESPONSE
+from .._shared.labels import FORCE_LEVEL
+from ..experiment.experiment import MEASURED, RESPONSE
 from ..experiment.observed_modes import COLUMN
 from .estimates import scalars
 from .results import RESPONSE_WHEN_EXACT, observed_of

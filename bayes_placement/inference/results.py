@@ -1,12 +1,15 @@
 """Labelled arrays and warnings of a tree of results, in ArviZ's words."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
+from .._shared.labels import FORCE_LEVEL
 from .._shared.sites import Unknown
-from ..experiment.experiment import FORCE_LEVEL, Experiment
+
+if TYPE_CHECKING:  # a report reads results without it
+    from ..experiment.experiment import Experiment
 
 WARNINGS = "warnings"
 """Attribute of a tree of results that holds what the inference warns of, a list of sentences."""
@@ -58,7 +61,7 @@ def _sentences(result: xr.DataTree, attribute: str) -> list[str]:
     return [str(sentence) for sentence in np.atleast_1d(result.attrs.get(attribute, []))]
 
 
-def named_draws(experiment: Experiment, values: dict[str, Any]) -> xr.Dataset:
+def named_draws(experiment: "Experiment", values: dict[str, Any]) -> xr.Dataset:
     """Draws [chain, draw, ...] of the unknowns, in their order, with units and roles."""
     variables = {}
     for unknown in experiment.unknowns:
@@ -88,7 +91,7 @@ def numbered(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def outputs(
-    experiment: Experiment, variables: dict[str, Any], leading: tuple[str, ...]
+    experiment: "Experiment", variables: dict[str, Any], leading: tuple[str, ...]
 ) -> xr.Dataset:
     """Arrays of outputs with the names of channels, force levels where there are, parts, lines.
 

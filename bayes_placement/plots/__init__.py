@@ -1,20 +1,18 @@
-"""Figures of results; one file for each kind of result."""
+"""Figures of results; one file for each kind of result, imported on first use."""
 
-from ..positions.completion import offer_own
-from . import ledger, measurement, misfit, modes, placement, posterior, reach, report, structure
-from .structure import experiment
+from types import ModuleType
+from typing import Any
 
-__all__ = [
-    "experiment",
-    "ledger",
-    "measurement",
-    "misfit",
-    "modes",
-    "placement",
-    "posterior",
-    "reach",
-    "report",
-    "structure",
-]
+import lazy_loader
 
-offer_own(ledger, measurement, misfit, modes, placement, posterior, reach, structure)
+from .._shared.completion import offer_own
+
+_attribute, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+
+def __getattr__(name: str) -> Any:
+    """Return a module, which offers to complete what it defines, or a function."""
+    found = _attribute(name)
+    if isinstance(found, ModuleType):
+        offer_own(found)
+    return found

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from .._shared.errors import InputError
-from ..experiment.experiment import FORCE_LEVEL
+from .._shared.labels import FORCE_LEVEL
 from ._colours import DATA, PAPER
 from ._plain_figure import PlainFigure
 

@@ -1,19 +1,15 @@
 """Panels of measured outputs and those of fitted models, and of the errors between them."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from ..criticism.fitted import AS_DRAWN
-from ..criticism.missing.ledger import Ledger
+from .._shared.labels import AS_DRAWN
 from ._colours import AFTER, BEFORE, DATA, FLOOR, INK
 from ._figures import channels, in_decibels, phase_axis, unbroken
-
-Fits: TypeAlias = Ledger | Mapping[str, xr.Dataset]
-"""A ledger, or what its models predict by their names."""
 
 DASHES = (0, (4, 2))
 """Style of the line of a model as drawn."""
@@ -23,11 +19,6 @@ OUTSIDE = f"{AS_DRAWN}, beyond the edge"
 
 MARGIN = 0.06
 """Share of what is shown that stays free above and below."""
-
-
-def fits_of(result: Fits) -> Mapping[str, xr.Dataset]:
-    """What models predict, by their names."""
-    return result.fits if isinstance(result, Ledger) else result
 
 
 def colours_of(models: Mapping[str, xr.Dataset]) -> dict[str, str]:

@@ -1,17 +1,19 @@
 """Sensors and actuators on a structure: their tolerances, and along what their channels read."""
 
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 
-from ..experiment.experiment import Experiment
 from ..positions._outlines import outline_of
 from ..positions.places import AtNode
 from ..positions.vectors import unit_vector
 from ._colours import AFTER, BEFORE, INK
+
+if TYPE_CHECKING:  # a report draws channels without it
+    from ..experiment.experiment import Experiment
 
 Panel = Any  # Axes, or Axes3D where the structure does not lie in a plane
 
@@ -96,7 +98,7 @@ def thinness(axes: Any) -> float:
     return FLAT if axes is not None and axes.name == "3d" else THIN
 
 
-def draw_tolerances(panel: Panel, view: View, experiment: Experiment) -> None:
+def draw_tolerances(panel: Panel, view: View, experiment: "Experiment") -> None:
     """Draw where each transducer may sit: segments, boxes, patches, balls, nodes."""
     bounds = experiment.structure.modes.bounds()
     for transducer in _transducers(experiment):
@@ -115,7 +117,7 @@ def _tolerance_style(position: Any, count: int) -> dict[str, Any]:
     return {"label": "tolerance", "linewidth": 5.0 if count == 3 else 2.0, **_TOLERANCE}
 
 
-def draw_channels(panel: Panel, view: View, experiment: Experiment) -> None:
+def draw_channels(panel: Panel, view: View, experiment: "Experiment") -> None:
     """Draw an arrow along each axis that a sensor measures or an actuator drives.
 
     An axis that is at right angles to the plane of the view is a dot in a circle where it points to
@@ -162,7 +164,7 @@ def side_of_names(view: View, transducers: Sequence[Any]) -> int:
     return -1 if any(view.project(unit_vector(axis))[0, 0] > 0 for axis in axes) else 1
 
 
-def draw_channels_on_a_line(panel: Axes, experiment: Experiment) -> None:
+def draw_channels_on_a_line(panel: Axes, experiment: "Experiment") -> None:
     """Draw the axes of the channels, those along the line to the side and all others upright.
 
     What belongs to sensors stands above the line, to actuators below.
@@ -187,11 +189,11 @@ def draw_channels_on_a_line(panel: Axes, experiment: Experiment) -> None:
     _name_arrows(panel, experiment)
 
 
-def _transducers(experiment: Experiment) -> list[Any]:
+def _transducers(experiment: "Experiment") -> list[Any]:
     return [*experiment.sensor.values(), *experiment.actuator.values()]
 
 
-def _channels(experiment: Experiment) -> Iterator[tuple[str, Any, int]]:
+def _channels(experiment: "Experiment") -> Iterator[tuple[str, Any, int]]:
     """Kind, transducer and recorded direction of every channel."""
     for kind in _KINDS:
         for transducer in getattr(experiment, kind).values():
@@ -199,7 +201,7 @@ def _channels(experiment: Experiment) -> Iterator[tuple[str, Any, int]]:
                 yield kind, transducer, direction
 
 
-def _arrows(experiment: Experiment, size: float) -> Iterator[tuple[str, int, np.ndarray]]:
+def _arrows(experiment: "Experiment", size: float) -> Iterator[tuple[str, int, np.ndarray]]:
     """Kind, direction and place of every arrow: one for channels that are near and read alike."""
     alike: dict[tuple[str, int], list[np.ndarray]] = {}
     for kind, transducer, direction in _channels(experiment):
@@ -244,7 +246,7 @@ def _draw_out_of_plane(
     panel.annotate(_axis(direction), tuple(place[:, 0]), (7 * side, 7 * up), **near)
 
 
-def _name_arrows(panel: Panel, experiment: Experiment) -> None:
+def _name_arrows(panel: Panel, experiment: "Experiment") -> None:
     """Add arrows to the legend."""
     nowhere = ([np.nan],) * (3 if panel.name == "3d" else 2)
     for kind in dict.fromkeys(kind for kind, *_ in _channels(experiment)):

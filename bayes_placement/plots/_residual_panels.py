@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 
-from ..experiment.experiment import FORCE_LEVEL
+from .._shared.labels import FORCE_LEVEL
 from ._figures import edges
 
 BANDS = 40

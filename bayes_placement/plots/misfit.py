@@ -10,8 +10,8 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from .._shared.arguments import arguments_checked
+from .._shared.labels import AS_DRAWN
 from ..criticism.check.misfit import Misfit
-from ..criticism.fitted import AS_DRAWN
 from ._colours import AFTER, BEFORE, INK
 from ._figures import (
     PAGE,
@@ -24,7 +24,7 @@ from ._figures import (
     pages_of,
     panels,
 )
-from ._fit_panels import Fits, fits_of
+from ._fits import Fits, fits_of
 from ._plain_figure import WIDTH
 from ._residual_panels import draw_maps, height_of, in_bands
 

@@ -28,9 +28,14 @@ def environment(caches: Path) -> dict[str, str]:
 
 def seconds_of(command: list[str], folder: Path, caches: Path | None = None) -> float:
     """Seconds that a command takes, with its start; it is run in a folder."""
+    return seconds_of_python(["-m", "bayes_placement", *command], folder, caches)
+
+
+def seconds_of_python(words: list[str], folder: Path, caches: Path | None = None) -> float:
+    """Seconds that Python takes with these words, with its start; it is run in a folder."""
     began = time.perf_counter()
     finished = subprocess.run(
-        [sys.executable, "-m", "bayes_placement", *command],
+        [sys.executable, *words],
         cwd=folder,
         env=environment(caches or folder / "caches"),
         capture_output=True,

@@ -7,12 +7,16 @@ import shutil
 
 import pytest
 
-from tests.benchmarks.fresh import seconds_of
+from tests.benchmarks.fresh import seconds_of, seconds_of_python
 from tests.benchmarks.page import ROOT, at_most
 from tests.code_blocks import blocks
 
 HELP, MAIN, UPDATE = 0.4, (18.0, 8.0), 90.0
 """Seconds asked: of `--help`, of the main example at first and then, and of `update`."""
+
+BASE = "import jax, numpyro"
+KEPT, SHOWN = 3.0, 2.0
+"""Seconds asked beyond these imports: of a run whose fits are kept; of what computes nothing."""
 
 
 @pytest.fixture
@@ -39,6 +43,22 @@ def test_the_main_example(page, tmp_path):
         compiled = sum(1 for _ in (tmp_path / "caches").rglob("*-cache"))
         page.add(f"main example, functions compiled in the {order} run", compiled - known, "")
         known = compiled
+
+
+def test_what_is_beyond_the_imports_of_others(page, tmp_path):
+    model = str(ROOT / "models/hidden_effect.py")
+    results = "results/hidden_effect/improve-1"
+    commands = {
+        "main example, fits kept": (["improve", model], KEPT),
+        "show of its model": (["show", model], SHOWN),
+        "report of its run": (["report", results], SHOWN),
+    }
+    for _ in range(2):  # the second run has all that the first compiled
+        seconds_of(["improve", model], tmp_path)
+    base = min(seconds_of_python(["-c", BASE], tmp_path) for _ in range(3))
+    for words, (command, most) in commands.items():
+        took = min(seconds_of(command, tmp_path) for _ in range(2))
+        page.add(f"{words}, beyond `{BASE}`", took - base, "s", at_most(most))
 
 
 def test_update_of_my_model(page, study):

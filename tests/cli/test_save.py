@@ -15,7 +15,8 @@ from bayes_placement import effects
 from bayes_placement._shared.compiled import compiled
 from bayes_placement.cli._as_typed import effect_as_typed
 from bayes_placement.cli._save import CompletedModel
-from bayes_placement.criticism.missing._estimates import EFFECTS, ParameterEstimate
+from bayes_placement.criticism.missing._estimates import EFFECTS
+from bayes_placement.criticism.missing._parameter_estimate import ParameterEstimate
 from bayes_placement.criticism.missing.fitted_model import FittedModel
 from bayes_placement.experiment.content_hash import content_hash
 from bayes_placement.io.case._effects import _content

@@ -12,10 +12,10 @@ from typer.testing import CliRunner
 from xarray import DataTree
 
 import bayes_placement as bp
+from bayes_placement._shared.labels import ABOUT
 from bayes_placement.cli import _run
 from bayes_placement.cli import update as commands
 from bayes_placement.cli.app import app
-from bayes_placement.criticism.findings.findings import ABOUT
 from bayes_placement.inference import cross_check
 from bayes_placement.inference.infer import InferenceWarning
 from tests.plots.test_posterior import many_parameters

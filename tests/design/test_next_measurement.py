@@ -10,8 +10,8 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
+from bayes_placement._shared.labels import ABOUT
 from bayes_placement.cli._findings import HOW_NEXT, where_next
-from bayes_placement.criticism.findings.findings import ABOUT
 from bayes_placement.design import next_measurement as searched
 from bayes_placement.design.next_measurement import next_measurement
 from bayes_placement.inference.alternative_explanation import Alternative

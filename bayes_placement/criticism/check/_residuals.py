@@ -10,7 +10,7 @@ from jaxtyping import Int
 
 from ..._shared.arguments import check_kind
 from ..._shared.errors import InputError
-from ...experiment.experiment import FORCE_LEVEL
+from ..._shared.labels import FORCE_LEVEL
 from ...inference.output_residuals import Chosen, Residuals, levels_of, output_residuals
 
 BAND = (0.05, 0.95)

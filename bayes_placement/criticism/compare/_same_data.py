@@ -6,7 +6,8 @@ import numpy as np
 import xarray as xr
 
 from ..._shared.errors import InputError
-from ...experiment.experiment import FORCE_LEVEL, MEASURED
+from ..._shared.labels import FORCE_LEVEL
+from ...experiment.experiment import MEASURED
 from ...inference.results import observed_of
 
 RECEPTANCE = "receptance"

@@ -12,8 +12,9 @@ import xarray as xr
 
 from ..._shared.arguments import arguments_checked, check_kind
 from ..._shared.errors import InputError
+from ..._shared.labels import FORCE_LEVEL
 from ..._shared.reprs import notebook_html
-from ...experiment.experiment import FORCE_LEVEL, MEASURED
+from ...experiment.experiment import MEASURED
 from ...inference.results import warnings_of
 from ...inference.weights import GOOD_PARETO_K
 from ._same_data import log_jacobian

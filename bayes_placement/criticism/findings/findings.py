@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from ..._shared.labels import ABOUT, AS_DRAWN, AS_GIVEN
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.modal_parameters import ModalParameters
 from ...experiment.prior_draws import draws_from_priors
 from ...inference.alternative_explanation import Alternative, JointDraws
 from ...inference.results import named_draws
-from ..fitted import AS_DRAWN, AS_GIVEN
 from ..fitted_modes import fitted_modes
 from ..missing.ledger import NOTHING, Ledger
 from ..missing.ranking import Ranking
@@ -24,9 +24,6 @@ from ._places import places
 from ._set_up import set_up
 from ._shapes import outline_of, shapes
 from ._unknowns import shown_unknowns, with_bounds
-
-ABOUT = "about"
-"""Attribute of the findings: words on the run, as JSON."""
 
 MOST_DRAWS = 1000
 """Draws, at most, that are kept of the prior and of the posterior."""

@@ -2,7 +2,7 @@
 
 from ...effects.beyond_prior import BeyondPrior
 from ...inference.units import readable
-from ._estimates import ParameterEstimate
+from ._parameter_estimate import ParameterEstimate
 
 
 def explanation(effect: BeyondPrior, value: ParameterEstimate) -> str:

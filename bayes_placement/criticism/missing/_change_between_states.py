@@ -15,8 +15,8 @@ from ...inference.residuals import Problem
 from ...inference.residuals_of_state import State, name_in_state
 from ..kept_fits import kept_with_sizes
 from ._candidates import renamed
-from ._estimates import ParameterEstimate
 from ._hypotheses import Hypothesis
+from ._parameter_estimate import ParameterEstimate
 from ._posterior_odds import STRONG, Comparison
 from ._repeated import nearest, with_swapped_names
 from .fitted_model import FittedModel

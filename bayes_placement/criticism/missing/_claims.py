@@ -14,8 +14,9 @@ from ...effects.registry import damping_layer, inserted, strut
 from ...laws.canonical import canonical
 from ...laws.law import Law, Scaled
 from ..locations import locations
-from ._estimates import ParameterEstimate, estimates, laplace, number_or_none
+from ._estimates import estimates, laplace
 from ._hypotheses import Hypothesis
+from ._parameter_estimate import ParameterEstimate, number_or_none
 from ._posterior_odds import Comparison
 from ._standing import Standing
 from ._weighed import swapped

@@ -9,7 +9,7 @@ from ...laws.canonical import WORDS
 from ...laws.law import Element, Group, Law, Scaled
 from ...laws.symbols import Number, numbers
 from ...laws.typed import typed
-from ._estimates import ParameterEstimate
+from ._parameter_estimate import ParameterEstimate
 
 Entry = Mapping[str, Any]
 """An entry of `effects` in a file; see `_claims.py`."""

@@ -1,14 +1,13 @@
 """Unknowns of a fitted hypothesis by name, with intervals."""
 
-from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Iterator
 
 import numpy as np
 
 from ..._shared.sites import Role, Unknown
 from ...inference.estimates import scalars
-from ...inference.units import ReadableUnit, readable
 from ._hypotheses import Hypothesis
+from ._parameter_estimate import ParameterEstimate
 
 EFFECTS = ("effects", "instrument_effects")
 """Kinds of owners that are effects."""
@@ -22,89 +21,6 @@ INNER = 1.95996
 
 SIDES = np.array([-OUTER, -INNER, INNER, OUTER])
 """Ends of both intervals [standard deviations]."""
-
-
-class ParameterEstimate(NamedTuple):
-    """What is known of one unknown.
-
-    Parameters
-    ----------
-    mean, standard_deviation
-        Of the posterior.
-    low, high
-        Its 99 % interval.
-    unit
-        Unit of the above.
-    effect
-        Name of the effect that it belongs to; None for one of the structure or its instruments.
-    word
-        Its name within the effect.
-    field
-        Field of the effect that it is, or is in; of the structure or an instrument likewise.
-    low_95, high_95
-        Its 95 % interval.
-    """
-
-    mean: float
-    standard_deviation: float
-    low: float
-    high: float
-    unit: str
-    effect: str | None = None
-    word: str = ""
-    field: str = ""
-    low_95: float = float("nan")
-    high_95: float = float("nan")
-
-    def __str__(self) -> str:
-        """Mean and standard deviation, in the unit of people."""
-        scale = self._scale()
-        mean = scale.number(self.mean, self.standard_deviation)
-        deviation = scale.spread(self.standard_deviation, self.mean)
-        return f"{mean} ± {deviation} {scale.name}".rstrip()
-
-    def in_short(self) -> str:
-        """Mean in the unit of people, with as many digits as are known."""
-        scale = self._scale()
-        return f"{scale.number(self.mean, self.standard_deviation)} {scale.name}".rstrip()
-
-    def with_interval(self) -> str:
-        """Mean and 95 % interval, in the unit of people."""
-        if not np.isfinite([self.low_95, self.high_95]).all():
-            return str(self)
-        _, *ends, _ = self.for_people()
-        return f"{self.in_short()} (95 %: {' to '.join(ends)})"
-
-    def for_people(self) -> tuple[str, str, str, str]:
-        """Mean, ends of the 95 % interval and unit, as people read them."""
-        scale, numbers = self._scale(), (self.mean, self.low_95, self.high_95)
-        mean, low, high = (scale.number(each, self.standard_deviation) for each in numbers)
-        return mean, low, high, scale.name
-
-    def _scale(self) -> ReadableUnit:
-        return readable(self.unit, self.field, abs(self.mean))
-
-    def to_json(self) -> dict[str, Any]:
-        """Return it as numbers and words for a file; None for numbers that are not finite."""
-        return {
-            "effect": self.effect,
-            "field": self.field,
-            "word": self.word,
-            "mean": number_or_none(self.mean),
-            "standard_deviation": number_or_none(self.standard_deviation),
-            "interval_99": [number_or_none(self.low), number_or_none(self.high)],
-            "interval_95": [number_or_none(self.low_95), number_or_none(self.high_95)],
-            "unit": self.unit,
-        }
-
-    @classmethod
-    def from_json(cls, stated: Mapping[str, Any]) -> "ParameterEstimate":
-        """Read it from a file, of earlier versions without its 95 % interval."""
-        ends = [*stated["interval_99"], *stated.get("interval_95", (None, None))]
-        low, high, *inner = (np.nan if end is None else float(end) for end in ends)
-        mean, deviation = float(stated["mean"]), float(stated["standard_deviation"])
-        names = stated["unit"], stated["effect"], stated["word"], stated["field"]
-        return cls(mean, deviation, low, high, *names, *inner)
 
 
 def estimates(
@@ -157,11 +73,6 @@ def laplace(hypothesis: Hypothesis) -> np.ndarray:
     """Draws [draw, unknown] from Laplace's Gaussian."""
     normal = np.random.default_rng(0).standard_normal((DRAWS, hypothesis.problem.dimension))
     return hypothesis.fit.gaussian.points(normal)
-
-
-def number_or_none(value: float) -> float | None:
-    """Return a number that JSON knows; None for any other."""
-    return float(value) if np.isfinite(value) else None
 
 
 def _of_unknown(

@@ -16,9 +16,10 @@ from ...inference.chi2 import LEVEL
 from ...inference.engines.about_mode import SampledPosterior, sampled_about
 from ..noise_needed import NoiseNeeded
 from . import _beyond_in_words
-from ._estimates import ParameterEstimate, errors, estimates, number_or_none, sizes
+from ._estimates import errors, estimates, sizes
 from ._held_out import held_out
 from ._hypotheses import Hypothesis
+from ._parameter_estimate import ParameterEstimate, number_or_none
 from ._posterior_odds import STRONG, Comparison, p_value
 from ._unknown_noise import noise_needed
 

@@ -11,20 +11,21 @@ import pandas as pd
 import xarray as xr
 
 from ..._shared.files import write_json
+from ..._shared.labels import AS_DRAWN, AS_GIVEN
 from ..._shared.reprs import notebook_html
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.modal_parameters import ModalParameters
 from ...inference.alternative_explanation import Alternative
 from ...inference.units import percent
 from ...positions.vectors import Recorded
-from ..fitted import AS_DRAWN, AS_GIVEN, fitted
+from ..fitted import fitted
 from ..fitted_modes import fitted_modes
 from ..locations import effect_locations
 from ..reach.reach import Reach, only_port
 from ..values import in_scalars
 from ._claims import SCHEMA
-from ._estimates import number_or_none
 from ._narrow_text import gained, narrow
+from ._parameter_estimate import number_or_none
 from ._standing import Standing
 from ._verdict_in_words import none_in_words, verdict_in_words
 from ._weighed import NONE, NOTHING

@@ -12,9 +12,9 @@ from ..._shared.arguments import arguments_checked, check_count, finite_number
 from ..._shared.dimensions import Parameter
 from ..._shared.errors import InputError
 from ..._shared.ranges import POSITIVE
+from ..._shared.scalars import check_scalar
 from ..._shared.sites import check_numbers, is_open, is_unknown, unit
 from ..modes import AxisShapes, Coordinates
-from ..scalars import check_scalar
 from . import _beam_roots
 from .waveguide import Waveguide
 from .waves import cosine_and_sine

@@ -9,8 +9,7 @@ import xarray as xr
 from pandas.api.types import is_numeric_dtype
 
 from ..._shared.errors import InputError
-from ...criticism.findings.findings import ABOUT
-from ...criticism.fitted import AS_DRAWN
+from ..._shared.labels import ABOUT, AS_DRAWN
 from ...io import netcdf
 from ._ledger_file import completed
 from ._svg import checked_svg

@@ -10,8 +10,8 @@ import pytest
 import bayes_placement as bp
 from bayes_placement import effects
 from bayes_placement._shared.errors import InputError
-from bayes_placement.criticism.missing._estimates import ParameterEstimate
 from bayes_placement.criticism.missing._model_error_choice import Question
+from bayes_placement.criticism.missing._parameter_estimate import ParameterEstimate
 from bayes_placement.criticism.missing.fitted_model import FittedModel
 from bayes_placement.io.case._effects import stated_effects
 from tests.criticism.reach import cantilever

@@ -11,7 +11,7 @@ from bayes_placement.criticism.missing._claims_in_words import (
     numbers_of,
     where_in_words,
 )
-from bayes_placement.criticism.missing._estimates import ParameterEstimate
+from bayes_placement.criticism.missing._parameter_estimate import ParameterEstimate
 
 
 def estimate(mean, deviation, unit, field, word):

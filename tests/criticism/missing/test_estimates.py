@@ -7,8 +7,8 @@ import pytest
 
 from bayes_placement import effects
 from bayes_placement.criticism.missing._change_between_states import FoundEffect
-from bayes_placement.criticism.missing._estimates import ParameterEstimate
 from bayes_placement.criticism.missing._narrow_text import narrow
+from bayes_placement.criticism.missing._parameter_estimate import ParameterEstimate
 from bayes_placement.criticism.missing.states import LedgerOfStates, courses_of
 from tests.plots.test_ledger import ledger, ranking, step
 

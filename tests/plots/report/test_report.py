@@ -5,6 +5,8 @@ import hashlib
 import io
 import json
 import re
+import subprocess
+import sys
 from importlib.resources import files
 from urllib.parse import unquote
 
@@ -106,6 +108,17 @@ def test_a_page_is_valid_and_asks_for_nothing(filled, tmp_path):
     about = ["".join(part.itertext()) for part in next(tree.iter("dl"))]
     assert about[:2] == ["ClientCity", "AuthorA. B."]
     assert next(tree.iter("img")).get("src") == PHOTO
+
+
+def test_a_report_is_drawn_without_loading_any_model():
+    program = (
+        "import sys, bayes_placement.plots.report; "
+        "parts = [name.split('.') for name in sys.modules]; "
+        "rooms = {part[1] for part in parts if part[0] == 'bayes_placement' and part[1:]}; "
+        "sys.exit(' '.join(rooms & {'modes', 'effects', 'experiment'}) or 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_numbers_can_be_saved_as_csv(filled, tmp_path):

@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ....criticism.check.correlation import as_channels, mac
-from ....experiment.experiment import FORCE_LEVEL
+from ...._shared.labels import FORCE_LEVEL
 from ....page.frames import packed
 from ....page.standalone import kept_frames
 from .._placed_items import name_of, placed_items
@@ -175,6 +174,8 @@ def _modes(saved: Saved) -> Iterator[bytes]:
     now, before = groups
     if now is None or before is None:
         return
+    from ....criticism.check.correlation import as_channels, mac  # where there are shapes alone
+
     shapes = [group["shape"].values for group in (now, before)]
     models = [
         {"frequency": group["natural_frequency"].values, "shape": shape}

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pandas as pd
 import xarray as xr
 
-from ....criticism.fitted import AS_DRAWN
+from ...._shared.labels import AS_DRAWN
 from ..._residual_panels import LABEL, draw_maps, height_of, in_bands, pair_names
 from .._saved import Saved
 from .._style import drawing, panels

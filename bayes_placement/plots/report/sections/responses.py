@@ -7,8 +7,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from ....criticism.fitted import AS_DRAWN
-from ....experiment.experiment import FORCE_LEVEL
+from ...._shared.labels import AS_DRAWN, FORCE_LEVEL
 from ..._colours import DATA, FIFTH, INK
 from ..._figures import DECIBELS, HALF_TURN, LOGARITHM, unbroken
 from ..._fit_panels import colours_of, line_style, mark_outside, show_all_of

@@ -5,10 +5,10 @@ from typing import Any
 import jax
 import numpy as np
 
-from .._shared.arguments import shown
-from .._shared.errors import InputError
-from .._shared.ranges import described
-from .._shared.sites import is_unknown
+from .arguments import shown
+from .errors import InputError
+from .ranges import described
+from .sites import is_unknown
 
 
 def check_scalar(name: str, value: Any) -> None:

@@ -1,0 +1,10 @@
+from . import ledger as ledger
+from . import measurement as measurement
+from . import misfit as misfit
+from . import modes as modes
+from . import placement as placement
+from . import posterior as posterior
+from . import reach as reach
+from . import report as report
+from . import structure as structure
+from .structure import experiment as experiment
