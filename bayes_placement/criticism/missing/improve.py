@@ -36,7 +36,7 @@ from ._model_error_choice import Question, ticks
 from ._posterior_odds import Comparison
 from ._score_test import suspicion
 from ._since_baseline import answered_by_states
-from ._so_far import BestSoFar, Callback, no_callback
+from ._so_far import BestSoFar, Callback, Seen, no_callback
 from ._standing import standing
 from ._weighed import NONE
 from .decide import decide
@@ -195,9 +195,7 @@ class _Search(NamedTuple):
         """
         began = time.perf_counter()
         check_signal(self.experiment, measurement)
-        asked = self.experiment, self.experiment.data(measurement), self.tried, self.model_error
-        settings: Any = {"level": self.level, "most_effects": self.most_effects}
-        question = Question.of(*asked, **settings, seen=BestSoFar(callback))
+        question = self._question(measurement, BestSoFar(callback))
         tick = ticks(progress, 2 * len(self.tried.effects) + 20, (0.02, 0.9))
         answer, earlier = answered_by_states(question, tick, baseline, between)
         null, comparison, _ = answer
@@ -234,6 +232,10 @@ class _Search(NamedTuple):
             policy=policy,
         )
         return _Improved(ledger, best, found_effects(best, steps[-1]))
+
+    def _question(self, measurement: Measurements, seen: Seen) -> Question:
+        asked = self.experiment, self.experiment.data(measurement), self.tried, self.model_error
+        return Question.of(*asked, level=self.level, most_effects=self.most_effects, seen=seen)
 
     def of_states(
         self, states: Mapping[str, Measurements], progress: Progress, callback: Callback
