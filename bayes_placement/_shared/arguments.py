@@ -134,6 +134,8 @@ def _kind(annotation: Any) -> _Kind:
         return _array_of(getattr(annotation, "dim_str", ""))
     if isinstance(annotation, type) and not origin:
         return _object_of(annotation)
+    if annotation in ("pd.DataFrame", "xr.DataTree"):
+        return _object_named(annotation.partition(".")[2])
     return _ANYTHING
 
 
@@ -210,6 +212,12 @@ def _object_of(kind: type) -> _Kind:
         return not isinstance(value, type) and names <= {*dir(value)}
 
     return _Kind(allows, f"an object with {', '.join(sorted(names))}")
+
+
+def _object_named(name: str) -> _Kind:
+    """An object of a class by its name, whose library is imported only where it is needed."""
+    words = f"an object of {name}"
+    return _Kind(lambda value: name in [base.__name__ for base in type(value).__mro__], words)
 
 
 def _is_numeric(value: Any) -> bool:

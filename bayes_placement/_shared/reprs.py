@@ -5,15 +5,17 @@ import types
 from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import jax
 import numpy as np
-import pandas as pd
 from numpyro.distributions import Distribution
 
 from .ranges import described
 from .sites import Role, Unknown, stated_unit, unknowns
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 PRIOR_HEADINGS = ("unknown", "prior", "unit", "role")
 """Headings of a table of priors."""
@@ -61,7 +63,7 @@ def noun_html(noun: Any) -> str:
 
 
 def notebook_html(
-    title: str, table: pd.DataFrame, sentences: Sequence[str] = (), drawing: str = ""
+    title: str, table: "pd.DataFrame", sentences: Sequence[str] = (), drawing: str = ""
 ) -> str:
     """Return HTML that a notebook shows in the place of `repr`.
 
@@ -74,8 +76,10 @@ def notebook_html(
     return f"<div><p><b>{escape(title)}</b></p>{drawing}{shown}{list_items}</div>"
 
 
-def prior_frame(priors: Sequence[Unknown]) -> pd.DataFrame:
+def prior_frame(priors: Sequence[Unknown]) -> "pd.DataFrame":
     """Return the rows of a table of priors, for a notebook."""
+    import pandas as pd
+
     return pd.DataFrame(prior_rows(priors), columns=[*PRIOR_HEADINGS])
 
 
@@ -146,7 +150,9 @@ def _is_default(field: _Field) -> bool:
     return in_words(value) == in_words(default)
 
 
-def _field_frame(noun: Any) -> pd.DataFrame:
+def _field_frame(noun: Any) -> "pd.DataFrame":
+    import pandas as pd
+
     rows = [(field.name, in_words(field.value), field.unit) for field in _fields(noun)]
     return pd.DataFrame(rows, columns=["field", "value", "unit"])
 

@@ -17,7 +17,6 @@ from ._inputs import Inputs, read_inputs, read_measurement
 from ._next_command import command_on
 from ._run import Output
 from ._save import CompletedModel
-from ._shared_fits import fits_of_model
 
 Result = TypeVar("Result")
 
@@ -142,6 +141,8 @@ class Request:
         **settings: Any,
     ) -> Result:
         """Return what a function finds in what was measured; its progress is shown."""
+        from ._shared_fits import fits_of_model  # the page of `explore` stands before
+
         effects = self._candidates(inputs.experiment)
         with (
             workers(self.workers, dask=self.dask) as executor,

@@ -7,9 +7,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import pandas as pd
-import xarray as xr
-
 from .._shared.files import write_atomically, write_csv, write_json
 from .._shared.parts import begun_in_helper
 from ..experiment.modal_parameters import ModalParameters
@@ -21,6 +18,8 @@ from ._result_folder import RECORD, ResultFolder, identified, records, source_of
 from ._terminal import Screen
 
 if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
     from matplotlib.figure import Figure
 
 DOTS_PER_INCH = 120
@@ -87,16 +86,16 @@ class Run:
         """Write a text file."""
         self._write(name, lambda path: path.write_text(f"{text}\n", encoding="utf-8"))
 
-    def report(self, name: str, table: pd.DataFrame, sentences: Sequence[str]) -> None:
+    def report(self, name: str, table: "pd.DataFrame", sentences: Sequence[str]) -> None:
         """Write a table and the sentences below it as text."""
         lines = [table.to_string(), "", *(f"- {sentence}" for sentence in sentences)]
         self.text(name, "\n".join(lines))
 
-    def table(self, name: str, table: pd.DataFrame, *, index: bool = True) -> None:
+    def table(self, name: str, table: "pd.DataFrame", *, index: bool = True) -> None:
         """Write a table as CSV."""
         self._write(name, lambda path: write_csv(path, table, index=index))
 
-    def law(self, name: str, table: pd.DataFrame) -> None:
+    def law(self, name: str, table: "pd.DataFrame") -> None:
         """Write a law as measured as a universal file."""
         write_law(self.folder / name, table)
         self._note(name)
@@ -111,12 +110,12 @@ class Run:
         write_json(self.folder / name, {**content, "record": record})
         self._note(name)
 
-    def tree(self, name: str, result: xr.DataTree) -> None:
+    def tree(self, name: str, result: "xr.DataTree") -> None:
         """Write a tree of results as netCDF."""
         netcdf.write(result, self.folder / name)
         self._note(name)
 
-    def dataset(self, name: str, dataset: xr.Dataset) -> None:
+    def dataset(self, name: str, dataset: "xr.Dataset") -> None:
         """Write labelled arrays as netCDF."""
         # In memory first: HDF5 ends the interpreter where the disk is full.
         content = bytes(dataset.to_netcdf(engine="h5netcdf"))

@@ -3,14 +3,14 @@
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
-import xarray as xr
 
 from .._shared.reprs import notebook_html
 from ..positions.channel import Channel
 from .quantities import quantity_of
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from .measurement import Measurement
 
 
@@ -33,11 +33,13 @@ def as_pairs(values: Any, single: bool) -> np.ndarray:
 PAIRS = ("sensor", "actuator")
 
 
-def dataset(measurement: "Measurement") -> xr.Dataset:
+def dataset(measurement: "Measurement") -> "xr.Dataset":
     """Return FRFs, coherence, variance and recorded positions, labelled by channel.
 
     Complex numbers are an axis `part`, since files of datasets hold real numbers only.
     """
+    import xarray as xr
+
     parts = np.stack([measurement.frf.real, measurement.frf.imag], axis=2)
     units = quantity_of(measurement.quantity).unit
     attributes = {"long_name": measurement.quantity, "units": units}
@@ -63,6 +65,8 @@ def dataset(measurement: "Measurement") -> xr.Dataset:
 
 def html(measurement: "Measurement") -> str:
     """How a notebook shows a measurement: a row for each pair of channels."""
+    import pandas as pd
+
     rows = [
         {
             "sensor": sensor.label,

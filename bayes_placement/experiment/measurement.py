@@ -3,10 +3,9 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from ..positions.channel import Channel, Channels, check_distinct, checked, match, parsed
 from . import _measurement_arrays, line_choice
@@ -17,6 +16,9 @@ from ._noise_level import pooled_by_coherence
 from .measured_lines import measured_lines
 from .quantities import converted, frf_name
 from .scatter_of_lines import scatter_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["Channel", "Channels", "Measurement"]
 
@@ -351,7 +353,7 @@ class Measurement:
         checks.stated_variance(self._scatter, self.measured, self.frequency, self._label)
         return self._scatter
 
-    def to_dataset(self) -> xr.Dataset:
+    def to_dataset(self) -> "xr.Dataset":
         """Return the measurement as a labelled dataset, complex numbers as an axis `part`."""
         return _measurement_arrays.dataset(self)
 
@@ -382,12 +384,8 @@ class Measurement:
         return self._at(np.flatnonzero(keep))
 
     def _at(self, index: np.ndarray) -> "Measurement":
-        return replace(
-            self,
-            frf=self.frf[..., index],
-            frequency=self.frequency[index],
-            **self._of_lines(lambda values: values[..., index]),
-        )
+        of_lines = self._of_lines(lambda values: values[..., index])
+        return replace(self, frf=self.frf[..., index], frequency=self.frequency[index], **of_lines)
 
     def _of_lines(self, pick: Callable[[np.ndarray], np.ndarray]) -> dict[str, Any]:
         """Pick what is known of each line besides its FRF."""

@@ -2,15 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from .._shared.arguments import check_annotated
 from .._shared.reprs import notebook_html
 from ..positions.channel import Channel, Channels, check_distinct, match, parsed
 from . import _modal_checks as checks
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["ModalParameters"]
 
@@ -294,8 +296,10 @@ class ModalParameters:
         """
         return cls(natural_frequency, shape=checks.real_part(shape), **known)
 
-    def table(self) -> pd.DataFrame:
+    def table(self) -> "pd.DataFrame":
         """Natural frequencies and damping ratios with standard deviations, a row for each mode."""
+        import pandas as pd
+
         columns = {
             "natural frequency [Hz]": self.natural_frequency,
             "its standard deviation [Hz]": self.deviation[FREQUENCY],

@@ -5,9 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 
-from ..criticism.check.correlation import as_channels, mac
 from ..criticism.findings._shapes import outline_of, points_and_lines, shapes
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
@@ -20,6 +18,8 @@ from .session import Session
 from .sliders import Slider, as_json
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from .live import LivePage
 
 DIGITS = 6
@@ -50,6 +50,8 @@ def modes_for_page(session: Session) -> dict[str, Any]:
 
     With the modal assurance criterion of each shape with each of the others.
     """
+    from ..criticism.check.correlation import as_channels, mac  # the page stands before
+
     given, model = session.states[0].model, session.model
     added = [effect.name for effect in session.new_effects(model)]
     values = {name: model.values[name] for name in given.values} if added else given.values
@@ -64,7 +66,7 @@ def modes_for_page(session: Session) -> dict[str, Any]:
     }
 
 
-def _modes(found: xr.Dataset) -> dict[str, Any]:
+def _modes(found: "xr.Dataset") -> dict[str, Any]:
     """Natural frequencies [Hz] and mode shapes at the points of the structure."""
     shape = found["shape"].values
     largest = np.abs(shape).max(axis=(1, 2), keepdims=True, initial=0.0)

@@ -3,12 +3,13 @@
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from .._shared.labels import FORCE_LEVEL
 from .._shared.sites import Unknown
 
-if TYPE_CHECKING:  # a report reads results without it
+if TYPE_CHECKING:  # a report reads results without the first, a page stands before the second
+    import xarray as xr
+
     from ..experiment.experiment import Experiment
 
 WARNINGS = "warnings"
@@ -27,12 +28,12 @@ DATA_FAULTS = "data_faults"
 """Attribute of a tree of results that holds the faults of the measurement, a list of sentences."""
 
 
-def data_faults_of(result: xr.DataTree) -> list[str]:
+def data_faults_of(result: "xr.DataTree") -> list[str]:
     """Sentences on faults of the measurement that was given; empty where there are none."""
     return _sentences(result, DATA_FAULTS)
 
 
-def observed_of(result: xr.DataTree) -> xr.Dataset:
+def observed_of(result: "xr.DataTree") -> "xr.Dataset":
     """Measured outputs, and what is known of each: noise, receptance, change of variables.
 
     Results of former versions hold all of that in the group of the measured outputs.
@@ -43,17 +44,17 @@ def observed_of(result: xr.DataTree) -> xr.Dataset:
     return observed.merge(result[CONSTANTS].to_dataset(), combine_attrs="override")
 
 
-def warnings_of(result: xr.DataTree) -> list[str]:
+def warnings_of(result: "xr.DataTree") -> list[str]:
     """Sentences in which an inference warns of itself; empty where it has nothing to warn of."""
     return _sentences(result, WARNINGS)
 
 
-def misfit_of(result: xr.DataTree) -> list[str]:
+def misfit_of(result: "xr.DataTree") -> list[str]:
     """Sentence that says that the model fails; none where it does not, or its noise is unknown."""
     return _sentences(result, MISFIT)
 
 
-def _sentences(result: xr.DataTree, attribute: str) -> list[str]:
+def _sentences(result: "xr.DataTree", attribute: str) -> list[str]:
     """Sentences of an attribute.
 
     netCDF keeps a list of one string as a string, and an empty list as an array of no numbers.
@@ -61,8 +62,10 @@ def _sentences(result: xr.DataTree, attribute: str) -> list[str]:
     return [str(sentence) for sentence in np.atleast_1d(result.attrs.get(attribute, []))]
 
 
-def named_draws(experiment: "Experiment", values: dict[str, Any]) -> xr.Dataset:
+def named_draws(experiment: "Experiment", values: dict[str, Any]) -> "xr.Dataset":
     """Draws [chain, draw, ...] of the unknowns, in their order, with units and roles."""
+    import xarray as xr
+
     variables = {}
     for unknown in experiment.unknowns:
         if unknown.name in values:
@@ -84,7 +87,7 @@ def _attributes(unknown: Unknown) -> dict[str, str]:
     }
 
 
-def numbered(dataset: xr.Dataset) -> xr.Dataset:
+def numbered(dataset: "xr.Dataset") -> "xr.Dataset":
     """Number chains and draws from zero; where nothing is unknown there are none to count."""
     dimensions = [name for name in ("chain", "draw") if name in dataset.sizes]
     return dataset.assign_coords({name: np.arange(dataset.sizes[name]) for name in dimensions})
@@ -92,11 +95,13 @@ def numbered(dataset: xr.Dataset) -> xr.Dataset:
 
 def outputs(
     experiment: "Experiment", variables: dict[str, Any], leading: tuple[str, ...]
-) -> xr.Dataset:
+) -> "xr.Dataset":
     """Arrays of outputs with the names of channels, force levels where there are, parts, lines.
 
     They are [*leading, sensor, actuator, (force_level,) (part,) frequency].
     """
+    import xarray as xr
+
     parts = ("part",) if experiment.observe.parts > 1 else ()
     levels = () if experiment.force_levels is None else (FORCE_LEVEL,)
     dimensions = (*leading, "sensor", "actuator", *levels, *parts, "frequency")

@@ -1,10 +1,9 @@
 """Laws line by line in files: CSV, and dataset 58 of universal files."""
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 
 from .._shared.arguments import arguments_checked
 from .._shared.errors import InputError
@@ -16,6 +15,9 @@ from ._gate import existing, path_of, reading
 from .uff._datasets import FUNCTION, Dataset, MeasurementFileError, load
 from .uff._units import FileUnits, check_abscissa, file_units
 from .uff._write import _function, _FunctionType, _record, _units
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 FRF = 4
 """Type of function of a frequency response."""
@@ -50,7 +52,7 @@ FACTORS = {MOTION: LENGTH | {"rad": 1.0}} | dict.fromkeys(FORCES, FORCE | {"Nm":
 
 
 @arguments_checked
-def write_law(path: str | Path, table: pd.DataFrame) -> None:
+def write_law(path: str | Path, table: "pd.DataFrame") -> None:
     """Write a law as measured as a universal file, one frequency response (dataset 58b).
 
     Its header states force per displacement, moment per rotation, or the inverse of a compliance.
@@ -85,7 +87,7 @@ def write_law(path: str | Path, table: pd.DataFrame) -> None:
     write_atomically(path, lambda temporary: temporary.write_bytes(content))
 
 
-def _dataset(table: pd.DataFrame, above: _Side, below: _Side) -> bytes:
+def _dataset(table: "pd.DataFrame", above: _Side, below: _Side) -> bytes:
     values = table["real"].to_numpy(float) + 1j * table["imaginary"].to_numpy(float)
     records = [_record(side.data_type, side.axis, side.unit) for side in (above, below)]
     lines = ("Law as measured at a port", "NONE", "NONE", "NONE", "NONE")
@@ -128,6 +130,8 @@ def read_law(path: str | Path) -> Tabulated:
     >>> bp.effects.attached(0.4, dist.LogUniform(0.5, 2.0) * pad).kind
     'attached: table'
     """
+    import pandas as pd
+
     file = existing(path_of(path), "a law in a CSV or universal file")
     with reading(file, "a law", "Export frequency [Hz], real and imaginary part again."):
         is_universal = content_of(file) == UNIVERSAL
@@ -135,7 +139,9 @@ def read_law(path: str | Path) -> Tabulated:
         return Tabulated.from_table(table)
 
 
-def _of_universal(path: Path) -> pd.DataFrame:
+def _of_universal(path: Path) -> "pd.DataFrame":
+    import pandas as pd
+
     datasets = load(path)
     functions = [each for each in datasets if each.number == FUNCTION]
     laws = [each for each in functions if each.fields["func_type"] == FRF]

@@ -2,8 +2,7 @@
 
 import hashlib
 from pathlib import Path
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from .._shared.arguments import arguments_checked, check_kind
 from .._shared.errors import InputError
@@ -11,13 +10,16 @@ from .._shared.files import write_atomically
 from ..inference.results import WARNINGS, warnings_of
 from ._gate import reading
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 _SEAL = b"\nbayes_placement result, sha256 "
 _SEAL_BYTES = len(_SEAL) + 64 + 1
 _CHUNK = 1 << 20
 
 
 @arguments_checked
-def write(result: xr.DataTree, path: str | Path) -> Path:
+def write(result: "xr.DataTree", path: str | Path) -> Path:
     """Write a tree of results as netCDF; the file is complete before it replaces an earlier one.
 
     A checksum of the file stands behind its last byte, where other readers of netCDF ignore it.
@@ -34,6 +36,8 @@ def write(result: xr.DataTree, path: str | Path) -> Path:
     >>> bp.io.netcdf.write(posterior, "result.nc").name
     'result.nc'
     """
+    import xarray as xr
+
     needed = "a tree of results is needed, as bp.infer and bp.simulate return it"
     check_kind("result", result, xr.DataTree, needed, "io.netcdf.write(result, path)")
     # In memory first: HDF5 ends the interpreter where the disk is full.
@@ -43,7 +47,7 @@ def write(result: xr.DataTree, path: str | Path) -> Path:
 
 
 @arguments_checked
-def read(path: str | Path) -> xr.DataTree:
+def read(path: str | Path) -> "xr.DataTree":
     """Read a tree of results into memory.
 
     Only files that `write` wrote and nobody changed since are opened: HDF5, in which netCDF is
@@ -62,6 +66,8 @@ def read(path: str | Path) -> xr.DataTree:
     >>> list(bp.io.netcdf.read(path)["posterior"].data_vars)
     ['structure.damping.ratio', 'sensor.s1.position']
     """
+    import xarray as xr
+
     if not Path(path).is_file():
         raise FileNotFoundError(
             f"There is no file {path}. Results are written by io.netcdf.write(result, "

@@ -1,19 +1,21 @@
 """A law that is known line by line: measured, or from a catalogue."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-import pandas as pd
 
 from .._shared.arguments import shown
 from .._shared.dimensions import Parameter
 from .._shared.errors import InputError
 from .._shared.sites import unit
 from .law import Element, Omega, Scaled, Stiffness
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 ALIKE = 1e-6
 """Relative difference of two lines that are one: files hold seven digits."""
@@ -93,7 +95,7 @@ class Tabulated(Element):
             )
 
     @classmethod
-    def from_table(cls, table: pd.DataFrame) -> "Tabulated":
+    def from_table(cls, table: "pd.DataFrame") -> "Tabulated":
         """Return the law of a table such as `Reach.law_as_measured` gives.
 
         Parameters

@@ -1,16 +1,18 @@
 """Mode shapes of a fitted model at points by which its structure is drawn."""
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from ...experiment.experiment import Experiment
 from ...experiment.natural_modes import natural_modes
 from ...modes.finite_elements.outline import outline
 from ...positions.bounds import in_space
 from ..values import with_arrays
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 POINTS_ON_A_LINE = 121
 
@@ -40,7 +42,7 @@ class Outline(NamedTuple):
     """Whether the structure is a line along x."""
 
 
-def outline_of(experiment: Experiment) -> xr.Dataset:
+def outline_of(experiment: Experiment) -> "xr.Dataset":
     """Return the points of a structure [m] and the pairs of them that are joined, with labels."""
     return _labelled(*points_and_lines(experiment))
 
@@ -81,7 +83,9 @@ def _joined(ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return ends.reshape(-1, 3)[first], numbers.reshape(-1, 2)
 
 
-def shapes(experiment: Experiment, values: Mapping[str, float], outline: xr.Dataset) -> xr.Dataset:
+def shapes(
+    experiment: Experiment, values: Mapping[str, float], outline: "xr.Dataset"
+) -> "xr.Dataset":
     """Return the first natural modes, up to a little above the band, at the points of an outline.
 
     Parameters
@@ -93,6 +97,8 @@ def shapes(experiment: Experiment, values: Mapping[str, float], outline: xr.Data
     outline
         What `outline_of` returned.
     """
+    import xarray as xr
+
     structure = experiment.fix(with_arrays(experiment, values)).structure
     points = outline["point"].values
     at = points[:, 0] if outline.attrs["on_a_line"] else points
@@ -106,7 +112,9 @@ def shapes(experiment: Experiment, values: Mapping[str, float], outline: xr.Data
     )
 
 
-def _labelled(points: np.ndarray, lines: np.ndarray, on_a_line: bool) -> xr.Dataset:
+def _labelled(points: np.ndarray, lines: np.ndarray, on_a_line: bool) -> "xr.Dataset":
+    import xarray as xr
+
     variables = {
         "point": (("place", "axis"), points, {"units": "m"}),
         "line": (("line_number", "end"), lines),

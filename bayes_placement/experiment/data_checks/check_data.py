@@ -4,8 +4,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-import pandas as pd
-
 from ..._shared.reprs import notebook_html
 from ..force_levels import at_levels
 from ..measurement import Measurement
@@ -29,6 +27,8 @@ from . import (
 from .record import Fault, Record
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from ..experiment import Experiment
 
 
@@ -110,8 +110,10 @@ class DataChecks:
             return self.sentences()
         return [f"The data pass their checks: {', '.join(self.faults)}."]
 
-    def table(self) -> pd.DataFrame:
+    def table(self) -> "pd.DataFrame":
         """One row for each fault."""
+        import pandas as pd
+
         rows = [
             {"check": name, **fault._asdict()}
             for name, faults in self.faults.items()

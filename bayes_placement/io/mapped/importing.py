@@ -2,9 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
-
-import pandas as pd
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..._shared.arguments import arguments_checked
 from ..._shared.errors import InputError
@@ -29,6 +27,9 @@ from .measurement import (
 )
 from .own_mapping import completed
 from .report import ImportReport, report
+
+if TYPE_CHECKING:
+    pass
 
 _MAPPING_SUFFIX = ".toml"
 _AGREEMENT = 1e-5  # of the greatest coordinate; universal files may keep six digits
@@ -66,6 +67,8 @@ class Imported(NamedTuple):
         return f"Imported: {self.report.result}"
 
     def _repr_html_(self) -> str:
+        import pandas as pd
+
         return notebook_html(repr(self), pd.DataFrame(self.channels), self.report.words())
 
     def __str__(self) -> str:

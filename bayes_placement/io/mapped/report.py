@@ -3,12 +3,13 @@
 import hashlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
-
-import pandas as pd
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..._shared.reprs import notebook_html
 from ...experiment.measurement import Measurement
+
+if TYPE_CHECKING:
+    pass
 
 _CHUNK = 1 << 20
 
@@ -49,6 +50,8 @@ class ImportReport(NamedTuple):
         return f"ImportReport: {self.result}"
 
     def _repr_html_(self) -> str:
+        import pandas as pd
+
         return notebook_html(repr(self), pd.DataFrame(), self.words())
 
     def __str__(self) -> str:
