@@ -3,9 +3,11 @@
 Run with `python -m pytest tests/benchmarks/test_explore.py -n 0`.
 """
 
+import re
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -58,8 +60,9 @@ BANDS = """async () => {
 }"""
 """Drag a band over a chart, and wait until its reach is drawn [ms]."""
 
-MOVED, HOUR, LARGEST = 200, 36_000, 300.0
-"""Moves between two looks at the memory; moves in an hour, ten a second; MB of the page."""
+MOVED, HOUR, LARGEST, DRIVEN = 200, 36_000, 300.0, 600.0
+"""Moves between two looks at the memory; moves in an hour, ten a second; MB of the page; seconds
+for which it is driven as fast as it answers."""
 
 
 def megabytes(shown):
@@ -68,6 +71,15 @@ def megabytes(shown):
     session.send("HeapProfiler.enable")
     session.send("HeapProfiler.collectGarbage")
     return session.send("Runtime.getHeapUsage")["usedSize"] / 1e6
+
+
+def resident(browser):  # noqa: F811
+    """Memory of its own that the largest process of a page has [MB]."""
+    session = browser.new_browser_cdp_session()
+    told = session.send("SystemInfo.getProcessInfo")["processInfo"]
+    pages = [process["id"] for process in told if process["type"] == "renderer"]
+    lines = [Path(f"/proc/{number}/status").read_text() for number in pages]
+    return max(float(re.search(r"RssAnon:\s+(\d+)", text)[1]) for text in lines) / 1e3
 
 
 def imports():
@@ -112,6 +124,28 @@ def test_a_slider_is_followed(page, tmp_path, browser, monkeypatch, channels, li
     page.add(f"page after an hour of moves, as it grows, {size}", after, "MB", at_most(LARGEST))
     words = f"slider to curves, {channels} channels x {lines} lines, 95 %"
     page.add(words, slowest, "ms", at_most(SLOWEST[channels, lines]))
+
+
+@pytest.mark.long
+def test_memory_of_a_page_that_is_driven(page, tmp_path, browser, monkeypatch):  # noqa: F811
+    channels, lines = 12, 800
+    monkeypatch.setenv("CHANNELS", str(channels))
+    monkeypatch.setenv("LINES", str(lines))
+    model = str(ROOT / "tests/benchmarks/large_bars.py")
+    with explored(tmp_path, model, "--lines", str(lines)) as (address, _):
+        shown = browser.new_context(bypass_csp=True).new_page()
+        shown.set_default_timeout(600_000)
+        shown.goto(address)
+        shown.locator("#parameters input[type=range]").first.wait_for()
+        laps, began, heap = [], time.perf_counter(), []
+        while time.perf_counter() - began < DRIVEN:
+            laps += shown.evaluate(MOVES)
+            heap.append(megabytes(shown))
+            print(f"{len(laps)} moves, heap {heap[-1]:.1f} MB, process {resident(browser):.0f} MB")
+        last = resident(browser)
+    words = f"after {len(laps)} moves in {DRIVEN:.0f} s, {channels} channels x {lines} lines"
+    page.add(f"heap of the page, {words}", max(heap), "MB", at_most(LARGEST))
+    page.add(f"process of the page, {words}", last, "MB", at_most(LARGEST))
 
 
 def test_a_dragged_band_is_bounded(page, tmp_path, browser, monkeypatch):  # noqa: F811
