@@ -5,11 +5,14 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float
 
 from .._shared.dimensions import Response
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
+from ..inference.engines.levenberg_marquardt import LARGEST
 from ..inference.estimates import from_scalars, scalars
+from ..inference.residuals import Problem
 
 
 def with_arrays(experiment: Experiment, values: Mapping[str, float]) -> dict[str, Any]:
@@ -39,6 +42,21 @@ def in_scalars(values: Mapping[str, Any]) -> dict[str, float]:
         for name, known in values.items()
         for word, value in scalars(name, np.asarray(known)[None, None])
     }
+
+
+def point_of(problem: Problem, values: Mapping[str, float]) -> Float[np.ndarray, "unknown"]:
+    """Coordinates of values of the unknowns; at an edge of a prior a little inside.
+
+    Parameters
+    ----------
+    problem
+        The problem, its sizes of model errors known.
+    values
+        Value of every unknown, elements of arrays one by one.
+    """
+    named = with_arrays(problem.at_fixed_sizes, values)
+    vector = np.asarray(problem.coordinates.vector(named), dtype=float)
+    return np.clip(np.nan_to_num(vector), -LARGEST, LARGEST)
 
 
 def prediction(concrete: Experiment, data: Data) -> tuple[Response, Response]:

@@ -1,6 +1,4 @@
-"""Reach within a part of the band: of the one that was chosen last, one after the other."""
-
-from collections.abc import Callable
+"""Lines of a part of the band."""
 
 import numpy as np
 
@@ -9,44 +7,6 @@ from ..experiment.experiment import Experiment
 
 Band = tuple[float, float]
 """Least and greatest frequency [Hz]."""
-
-
-class ChosenBand:
-    """The band that a page has chosen, while reach within it is looked for.
-
-    Parameters
-    ----------
-    begin
-        Called with a band to look at.
-    """
-
-    def __init__(self, begin: Callable[[Band], None]):
-        self._begin = begin
-        self._chosen: Band | None = None
-        self._looked: Band | None = None
-
-    def choose(self, band: Band) -> None:
-        """Look at a band once the one before has been looked at."""
-        self._chosen = band
-        if self._looked is None:
-            self._look()
-
-    def ended(self) -> Band | None:
-        """Return the band that was looked at; None where another one was chosen meanwhile."""
-        looked, self._looked = self._looked, None
-        if looked == self._chosen:
-            return looked
-        self._look()
-        return None
-
-    def _look(self) -> None:
-        assert self._chosen is not None
-        self._looked = self._chosen
-        try:
-            self._begin(self._chosen)
-        except InputError:
-            self._looked = None
-            raise
 
 
 def lines_within(experiment: Experiment, band: Band) -> np.ndarray:

@@ -39,6 +39,13 @@ def reach_for_page(reach: Reach) -> dict[str, Any]:
     return {"kinds": kinds, "words": reach.words(), "fails": reach.fails}
 
 
+def read_by_line(reach: Reach) -> list[str]:
+    """Return the kinds of ports at which any law is known line by line."""
+    if reach.by_line is None:
+        return []
+    return [str(kind) for kind in reach.curves["acts_on"].unique() if kind not in CHANNELS]
+
+
 def reach_arrays(reach: Reach) -> dict[str, np.ndarray]:
     """Return squares at each line, by which a page bounds the reach of a band; empty without."""
     return {} if reach.by_line is None else dict(reach.by_line._asdict())

@@ -3,7 +3,6 @@
 import sys
 import traceback
 from collections.abc import Callable, Mapping
-from types import MappingProxyType
 from typing import Any
 
 from .._shared.errors import PackageError
@@ -11,7 +10,7 @@ from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
 from ..page.frames import packed
 from .actions import Action, Drawn, Moved, Refitted, Removed, ValuedModel
-from .band import Band, ChosenBand, lines_within
+from .background import NOTHING, Background
 from .candidates import Position, added, placed_at
 from .messages import Message
 from .page_frames import (
@@ -26,11 +25,9 @@ from .session import Session
 from .sliders import Slider, sliders
 from .worker import AskedOfWorker, Told, Worker
 
-NOW, DRAWN, FITTED, COMPLETED = "now", "as drawn", "fitted as given", "completed"
+NOW, DRAWN, COMPLETED = "now", "as drawn", "completed"
 COMPARED = "compared"
 """Names of curves."""
-
-NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
 class LivePage:
@@ -57,7 +54,7 @@ class LivePage:
     ):
         self.session, self.around = session, around
         self.ledger: Any = None
-        self._send = send
+        self.send = send
         self.data: Data = session.model.experiment.data(session.measurement)
         self._responses: dict[int, ResponseOf] = {}
         self._sliders: dict[int, list[Slider]] = {}
@@ -65,24 +62,22 @@ class LivePage:
         self._found: dict[str, bytes] = {}
         self._searched: Experiment | None = None
         self._found_so_far: list[ValuedModel] = []
-        self._running: dict[int, tuple[str, int]] = {}
-        self._band, self._reached = ChosenBand(self._begin_band), 0
-        self._background = Worker(lambda told: post(lambda: self._hear(told)))
+        self._background = Background(self, post)
         self._at_hand = Worker(lambda told: post(lambda: self._hear_at_hand(told)))
         self._task: tuple[int, str] | None = None
         self._has_begun = False
 
     def greet(self) -> None:
         """Send all that a new page needs, the present curves first."""
-        self._send(model_frame(self.session, self.data, self.around))
-        self._tell_curves(NOW, self.session.model)
+        self.send(model_frame(self.session, self.data, self.around))
+        self.tell_curves(NOW, self.session.model)
         self._tell_state()
         first = self.session.states[0].model
         if DRAWN not in self._curves:
-            self._tell_curves(DRAWN, first)
+            self.tell_curves(DRAWN, first)
             self.keep()
         for frame in (*self._curves.values(), *self._found.values()):
-            self._send(frame)
+            self.send(frame)
         self._tell_task(self._task)
         if not self._has_begun:
             self._begin()
@@ -94,19 +89,18 @@ class LivePage:
     def _begin(self) -> None:
         """Let the background worker look at the model as given, once a page shows it as drawn."""
         self._has_begun = True
-        for task in ("offered", "check_data", "as_given", "reach"):
-            self._begin_in_background(task, 0)
+        self._background.look_at_given()
 
     def handle(self, message: Message) -> None:
         """Do what a page asks for; what cannot be done is told in a sentence."""
         try:
             getattr(self, f"_on_{message.do}")(**message.content)
         except PackageError as error:
-            self._tell("error", words=str(error))
+            self.tell("error", words=str(error))
         except Exception as error:  # noqa: BLE001  the page goes on, and says what happened
             traceback.print_exc(file=sys.stderr)
             reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
-            self._tell("error", words=f"This failed: {reason}. Please report it.")
+            self.tell("error", words=f"This failed: {reason}. Please report it.")
 
     def close(self) -> None:
         """End the workers and keep the state."""
@@ -118,13 +112,13 @@ class LivePage:
         """Keep the state in its file."""
         words = self.around.kept.write(self.session)
         if words:
-            self._tell("error", words=words)
+            self.tell("error", words=words)
 
     def response(self, model: ValuedModel) -> Response:
         """Response of a model, compiled once for each experiment of the session."""
         key = id(model.experiment)  # those of states and of searches are never freed
         if key not in self._responses:
-            self._tell("busy", words="A model of another structure is compiled.")
+            self.tell("busy", words="A model of another structure is compiled.")
             self._responses[key] = ResponseOf(model.experiment, self.data)
         return self._responses[key](model.values)
 
@@ -133,7 +127,7 @@ class LivePage:
     def _on_move(self, values: Mapping[str, float], serial: int) -> None:
         known = self._known(values)
         model = self.session.model
-        self._tell_curves(NOW, model._replace(values={**model.values, **known}), serial)
+        self.tell_curves(NOW, model._replace(values={**model.values, **known}), serial)
 
     def _on_drag(self, effect: str, at: Position, serial: int) -> None:
         self._on_move(self._values_at(effect, at), serial)
@@ -168,7 +162,7 @@ class LivePage:
     def _on_compare(self, state: int) -> None:
         if state < len(self.session.states):
             compared = self.session.states[state]
-            self._tell_curves(COMPARED, compared.model, title=f"{state}. {compared.title}")
+            self.tell_curves(COMPARED, compared.model, title=f"{state}. {compared.title}")
 
     def _on_fit(self) -> None:
         self._begin_at_hand("fit", values=dict(self.session.model.values))
@@ -177,11 +171,13 @@ class LivePage:
         self._begin_at_hand("search")
 
     def _on_reach(self) -> None:
-        self._reached = self.session.current
-        self._begin_in_background("reach", self._reached)
+        self._background.look_at_state()
 
     def _on_band(self, low: float, high: float) -> None:
-        self._band.choose((low, high))
+        self._background.look_at_band((low, high))
+
+    def _on_port(self, acts_on: str) -> None:
+        self._background.look_at_port(acts_on)
 
     def _on_stop(self) -> None:
         self._at_hand.stop()
@@ -189,73 +185,29 @@ class LivePage:
         self._tell_all()
 
     def _on_modes(self) -> None:
-        self._tell("modes", **modes_for_page(self.session))
+        self.tell("modes", **modes_for_page(self.session))
 
     def _on_save(self, what: str) -> None:
         save = self.around.saves.get(what)
         if save is None:
-            self._tell("error", words=NOT_SAVED.format(what=what))
+            self.tell("error", words=NOT_SAVED.format(what=what))
         else:
-            self._tell("saved", words=f"{what.capitalize()} written: {save(self)}")
+            self.tell("saved", words=f"{what.capitalize()} written: {save(self)}")
 
     # ------------------------------------------------------------ workers
 
-    def _asked(self, experiment: Experiment) -> AskedOfWorker:
+    def asked(self, experiment: Experiment) -> AskedOfWorker:
+        """What a worker needs of a model."""
         return AskedOfWorker(
             experiment, self.session.measurement, self.around.baseline, self.around.store
         )
-
-    def _begin_in_background(self, task: str, state: int, **further: Any) -> None:
-        asked = self._asked(self.session.states[state].model.experiment)
-        self._running[self._background.begin(task, asked=asked, **further)] = task, state
-
-    def _begin_band(self, band: Band) -> None:
-        """Look at a band beside the model of which the reach is shown."""
-        experiment = self.session.states[self._reached].model.experiment
-        lines = lines_within(experiment, band)
-        self._begin_in_background("band", self._reached, lines=lines)
 
     def _begin_at_hand(self, task: str, **further: Any) -> None:
         if self._task is not None:
             return
         self._searched = self.session.model.experiment
-        number = self._at_hand.begin(task, asked=self._asked(self._searched), **further)
+        number = self._at_hand.begin(task, asked=self.asked(self._searched), **further)
         self._tell_task((number, task))
-
-    def _hear(self, told: Told) -> None:
-        """Hear of the worker in the background."""
-        task, state = self._running[told.number]
-        if told.word == "progress":
-            self._tell("background", task=task, share=told.content)
-        elif task == "band":
-            self._end_band(told)
-        elif told.word == "failed":
-            self._tell("background", task=task, share=1.0, words=told.content)
-        elif task == "as_given":
-            first = self.session.states[0].model
-            self._tell_curves(FITTED, first._replace(values=told.content))
-        elif task == "offered":
-            self._tell_found("palette", {"kinds": [kind._asdict() for kind in told.content]})
-        elif task == "check_data":
-            self._tell_found("faults", {"sentences": told.content})
-        elif task == "next":
-            self._tell_found("next", told.content)
-            self._tell("background", task=task, share=1.0)
-        else:
-            from . import found
-
-            told_of = {**found.reach_for_page(told.content), "of": self.session.states[state].title}
-            self._tell_found("reach", told_of, found.reach_arrays(told.content))
-            self._tell("background", task=task, share=1.0)
-
-    def _end_band(self, told: Told) -> None:
-        words = told.content if told.word == "failed" else ""
-        self._tell("background", task="band", share=1.0, words=words)
-        band = self._band.ended()
-        if band is not None and not words:
-            from . import found
-
-            self._tell("band", band=band, **found.reach_for_page(told.content))
 
     def _hear_at_hand(self, told: Told) -> None:
         """Hear of a fit or a search, unless it was stopped meanwhile."""
@@ -263,18 +215,18 @@ class LivePage:
             return
         _, task = self._task
         if told.word == "progress":
-            self._tell("task", task=task, share=told.content)
+            self.tell("task", task=task, share=told.content)
         elif told.word == "step":
             self._show_step(told.content)
         elif told.word == "seen":
-            self._tell_curves(NOW, ValuedModel(self._asked_for(), told.content), task=task)
+            self.tell_curves(NOW, ValuedModel(self._asked_for(), told.content), task=task)
         else:
             self._tell_task(None)
             self._end(task, told)
 
     def _end(self, task: str, told: Told) -> None:
         if told.word == "failed":
-            self._tell("error", words=told.content)
+            self.tell("error", words=told.content)
             self._tell_all()
         elif task == "fit":
             self._do(Refitted(told.content))
@@ -288,7 +240,7 @@ class LivePage:
         model = found.model_of(step)
         self._found_so_far.append(model)
         title = " ".join(f"+ {name}" for name in step.effects) or "as given"
-        self._tell_curves(NOW, model, task="search", title=f"search: {title}")
+        self.tell_curves(NOW, model, task="search", title=f"search: {title}")
 
     def _take_over(self, ledger: Any) -> None:
         """Make each step of a ledger a state, from the one at which the search began."""
@@ -301,11 +253,10 @@ class LivePage:
             self.session.do(action)
             response = self.response(self.session.model)
             self.session.chi2[self.session.current] = response.chi2
-        self._tell_found("ledger", found.ledger_for_page(ledger))
-        self._tell("background", task="next", share=0.0)
-        self._begin_in_background("next", begun, alternatives=ledger.alternatives)
+        self.tell_found("ledger", found.ledger_for_page(ledger))
+        self._background.look_at_next(begun, ledger.alternatives)
         if ledger.steps[-1].effects:
-            self._tell_curves(COMPLETED, self.session.model)
+            self.tell_curves(COMPLETED, self.session.model)
         self.keep()
         self._tell_all()
 
@@ -326,7 +277,7 @@ class LivePage:
         self.keep()
 
     def _tell_all(self) -> None:
-        self._tell_curves(NOW, self.session.model)
+        self.tell_curves(NOW, self.session.model)
         self._tell_state()
 
     def _known(self, values: Mapping[str, float]) -> Mapping[str, float]:
@@ -347,13 +298,16 @@ class LivePage:
             self._sliders[id(experiment)] = sliders(experiment)
         return self._sliders[id(experiment)]
 
-    def _tell_curves(
+    def tell_curves(
         self, name: str, model: ValuedModel, serial: int = 0, task: str = "", title: str = ""
     ) -> None:
+        """Send the curves of a model under a name."""
         response = self.response(model)
         is_state = model is self.session.model
         if is_state and name == NOW:
             self.session.chi2[self.session.current] = response.chi2
+        if name == NOW and not task:
+            self._background.look_beside(model, is_state)
         frame = curves_frame(
             response,
             name=name,
@@ -367,21 +321,23 @@ class LivePage:
         )
         if name != NOW:
             self._curves[name] = frame
-        self._send(frame)
+        self.send(frame)
 
     def _tell_state(self) -> None:
-        self._tell("state", **state_for_page(self.session, self._sliders_of_model()))
+        self.tell("state", **state_for_page(self.session, self._sliders_of_model()))
 
-    def _tell_found(self, word: str, content: Mapping[str, Any], arrays: Any = NOTHING) -> None:
+    def tell_found(self, word: str, content: Mapping[str, Any], arrays: Any = NOTHING) -> None:
+        """Send what was found, now and to every page that comes."""
         self._found[word] = packed({"is": word, **content}, arrays)
-        self._send(self._found[word])
+        self.send(self._found[word])
 
     def _tell_task(self, task: tuple[int, str] | None) -> None:
         self._task = task
-        self._tell("task", task="" if task is None else task[1], share=0.0)
+        self.tell("task", task="" if task is None else task[1], share=0.0)
 
-    def _tell(self, word: str, **content: Any) -> None:
-        self._send(packed({"is": word, **content}, {}))
+    def tell(self, word: str, **content: Any) -> None:
+        """Send words and numbers without arrays."""
+        self.send(packed({"is": word, **content}, {}))
 
 
 NOT_SAVED = (

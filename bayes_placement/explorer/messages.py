@@ -76,6 +76,7 @@ ALLOWED: Mapping[str, Mapping[str, Callable[[Any], bool]]] = {
     "search": {},
     "reach": {},
     "band": {"low": _is_number, "high": _is_number},
+    "port": {"acts_on": _is_name},
     "modes": {},
     "stop": {},
     "save": {"what": _one_of("model", "case", "report")},

@@ -1,5 +1,6 @@
 """A process that fits and searches, so that the page never waits, and that can be stopped."""
 
+import operator
 import os
 import signal
 import struct
@@ -63,14 +64,17 @@ class Worker:
     def __init__(self, hear: Callable[[Told], None]):
         self._hear, self._lock, self._count = hear, Lock(), 0
         self._process: subprocess.Popen[bytes] | None = None
+        self._asked: AskedOfWorker | None = None
         self._messages: SimpleQueue[Any] = SimpleQueue()
 
-    def begin(self, task: str, **arguments: Any) -> int:
+    def begin(self, task: str, asked: AskedOfWorker, **arguments: Any) -> int:
         """Begin a task of `worker_process.TASKS`, and return its number."""
         with self._lock:
             self._count += 1
             self._start()
-            self._messages.put((self._count, task, arguments))
+            is_there = self._asked is not None and all(map(operator.is_, asked, self._asked))
+            self._messages.put((self._count, task, None if is_there else asked, arguments))
+            self._asked = asked
             return self._count
 
     def stop(self) -> None:
@@ -93,7 +97,7 @@ class Worker:
         )
         assert process.stdin is not None and process.stdout is not None
         # It takes seconds to begin to read, and a pipe holds less than a measurement.
-        self._messages = SimpleQueue()
+        self._messages, self._asked = SimpleQueue(), None
         # The path of a model file goes along: it may import from its folder.
         self._messages.put({"path": sys.path, "settings": _settings()})
         Thread(target=_write_all, args=(process.stdin, self._messages), daemon=True).start()

@@ -18,6 +18,7 @@ from ..criticism.missing.as_given import fitted_as_given
 from ..criticism.missing.from_values import fitted_from
 from ..criticism.missing.improve import improve
 from ..criticism.missing.reach import reach
+from ..criticism.reach.at_values import ReachAtValues
 from ..design.next_measurement import next_measurement
 from ..experiment.variants import with_lines_at
 from ..inference.alternative_explanation import Alternative
@@ -67,6 +68,30 @@ def reached(asked: AskedOfWorker, tell: Tell, lines: Any = None) -> Any:
     )
 
 
+def beside(
+    asked: AskedOfWorker, tell: Tell, acts_on: str, values: Mapping[str, float]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What any law on a kind of port leaves with given values of the unknowns: words, arrays."""
+    at_values = _at_values(asked, acts_on)
+    left = at_values(values)._asdict()
+    return (
+        {"acts_on": acts_on, "places": at_values.places},
+        {"frequency": at_values.frequency, **left},
+    )
+
+
+_LAST: list[tuple[AskedOfWorker, str, ReachAtValues]] = []
+"""The last model and kind of port beside which laws were looked for, or none."""
+
+
+def _at_values(asked: AskedOfWorker, acts_on: str) -> ReachAtValues:
+    for model, kind, at_values in _LAST:
+        if model is asked and kind == acts_on:
+            return at_values
+    _LAST[:] = [(asked, acts_on, ReachAtValues(asked.experiment, asked.measurement, acts_on))]
+    return _LAST[0][2]
+
+
 def search(asked: AskedOfWorker, tell: Tell) -> Any:
     """Ledger of what the model lacks."""
     return improve(
@@ -93,6 +118,7 @@ TASKS: Mapping[str, Callable[..., Any]] = {
     "fit": fit,
     "reach": reached,
     "band": reached,
+    "beside": beside,
     "next": next_one,
     "search": search,
 }
@@ -112,13 +138,15 @@ def serve() -> None:
     collect_garbage_rarely()
     waiting: queue.SimpleQueue[Any] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(waiting,), daemon=True).start()
+    asked: Any = None
     while True:
-        number, task, arguments = waiting.get()
+        number, task, new, arguments = waiting.get()
+        asked = new or asked  # what the task before was about is not sent again
 
         def tell(word: str, content: Any, number: int = number) -> None:
             write(output, (number, word, content))
 
-        tell(*_outcome(task, arguments, tell))
+        tell(*_outcome(task, asked, arguments, tell))
 
 
 def _listen(waiting: "queue.SimpleQueue[Any]") -> None:
@@ -128,13 +156,13 @@ def _listen(waiting: "queue.SimpleQueue[Any]") -> None:
     os._exit(0)
 
 
-def _outcome(task: str, arguments: Mapping[str, Any], tell: Tell) -> tuple[str, Any]:
+def _outcome(
+    task: str, asked: AskedOfWorker, arguments: Mapping[str, Any], tell: Tell
+) -> tuple[str, Any]:
     """What a task ends with: its result, or a sentence."""
-    asked: AskedOfWorker = arguments["asked"]
-    further = {word: value for word, value in arguments.items() if word != "asked"}
     try:
         with fits_kept_in(asked.store):
-            return "done", TASKS[task](asked, tell, **further)
+            return "done", TASKS[task](asked, tell, **arguments)
     except PackageError as error:
         return "failed", str(error)
     except Exception as error:  # noqa: BLE001  the page goes on, and says what happened

@@ -37,10 +37,11 @@ const structure = new StructurePanel(store, {
   add: (at) => add(at),
   drag: (effect, at) => link.preview({ do: "drag", effect, at }),
   put: (effect, at) => send({ do: "put", effect, at }),
+  port: (kind) => send({ do: "port", acts_on: kind }),
 });
 const modes = new Modes(store, structure, () => send({ do: "modes" }));
 
-/** Bound reach within a band at once, also while it is being chosen. */
+/** Show reach within a band at once, all else held, also while it is being chosen. */
 function chooseBand(band) {
   store.band = band;
   if (store.reach) structure.reached();
@@ -132,9 +133,13 @@ const HEARD = {
     choose();
   },
   reach(header) {
-    store.reach = header;
+    Object.assign(store, { reach: header, beside: null });
     structure.reached();
     learn.show();
+  },
+  beside(header) {
+    store.beside = header.acts_on ? header : null;
+    structure.reached();
   },
   band(header) {
     store.reachOfBand = header;

@@ -1,27 +1,35 @@
-// Reach within a part of the band: its bound at once, from what any law leaves line by line.
+// Reach at once, all else held: within a band that is chosen, and beside the model as it stands.
 
 const OF_LAW = 2; // numbers that a free law takes at each line
 
+const WHOLE = [0, Infinity]; // [Hz]
+
 const isSame = (one, other) => Boolean(one && other && one[0] === other[0] && one[1] === other[1]);
 
-/** Kinds of ports with their reach: of the band that is chosen where it is known, or its bound. */
-export function kindsOf({ reach, band, reachOfBand, model }) {
+/** Kinds of ports with their reach: of the chosen band where it is known, or what any law could remove. */
+export function kindsOf({ reach, band, reachOfBand, model, beside }) {
   if (!reach) return [];
-  const kinds = (isSame(band, reachOfBand?.band) ? reachOfBand : reach).kinds.filter((kind) => !kind.is_channel && kind.curve.length);
-  if (!band || isSame(band, reachOfBand?.band) || !reach.left) return kinds;
-  const shares = boundWithin(reach, model.frequency, band);
-  return kinds.map((kind) => bounded(kind, kind.rows.map((row) => shares[row])));
+  const isOfBand = isSame(band, reachOfBand?.band) && !beside;
+  const kinds = (isOfBand ? reachOfBand : reach).kinds.filter((kind) => !kind.is_channel && kind.curve.length);
+  if (beside) {
+    const shares = sharesWithin(beside, beside.frequency, band ?? WHOLE);
+    const curve = beside.places.map((place_m) => ({ place_m }));
+    return kinds.map((kind) => (kind.acts_on === beside.acts_on ? held({ ...kind, curve }, shares) : kind));
+  }
+  if (!band || isOfBand || !reach.left) return kinds;
+  const shares = sharesWithin(reach, model.frequency, band);
+  return kinds.map((kind) => held(kind, kind.rows.map((row) => shares[row])));
 }
 
-/** A kind of port of which only the bound of any law is known. */
-function bounded(kind, shares) {
-  const bound = Math.max(...shares);
+/** A kind of port of which is known what any law could remove, all else held. */
+function held(kind, shares) {
+  const most = Math.max(...shares);
   const curve = kind.curve.map((place, i) => ({ ...place, any_law: shares[i], few_numbers: null }));
-  return { ...kind, curve, bound, best: { ...kind.best, place_m: curve[shares.indexOf(bound)].place_m } };
+  return { ...kind, curve, held: most, best: { ...kind.best, place_m: curve[shares.indexOf(most)].place_m } };
 }
 
 /** Share of the misfit of a band that any law could remove, for each place that was tried. */
-function boundWithin({ given, left, measured }, frequency, [low, high]) {
+function sharesWithin({ given, left, measured }, frequency, [low, high]) {
   const [rows, lines] = left.shape;
   const inside = [];
   for (let line = 0; line < lines; line += 1) if (frequency[line] >= low && frequency[line] <= high) inside.push(line);

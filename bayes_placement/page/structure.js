@@ -7,12 +7,13 @@ import { View } from "./view3d.js";
 const MARGIN = 34;
 const NEAR = 14; // pixels within which an effect is taken hold of
 const PROFILE = 0.72; // share of the height above a line that a reach of 100 % takes
+const HELD = "What any law could remove of the misfit here, all other numbers held as they are; a fit of these may remove more";
 const NAMES = { displacement: "force", rotation: "moment", cut: "cut", relative: "strut" };
 
 export class StructurePanel {
   constructor(store, act) {
     this.store = store;
-    this.act = act; // { add(at), drag(effect, at), put(effect, at), zoom() }
+    this.act = act; // { add(at), drag(effect, at), put(effect, at), port(kind) }
     this.canvas = element("structure");
     this.kind = null;
     this.held = null;
@@ -34,6 +35,8 @@ export class StructurePanel {
     const kinds = kindsOf(this.store);
     this.best = kinds.find((kind) => kind.acts_on === this.kind) ?? kinds[0];
     this.kind = this.best?.acts_on ?? null;
+    if (this.kind && this.kind !== this.told) this.act.port((this.told = this.kind));
+    const isHeld = kinds.some((kind) => kind.held !== undefined);
     element("kinds").replaceChildren(
       ...kinds.map((kind) => {
         const press = () => {
@@ -41,9 +44,10 @@ export class StructurePanel {
           this.reached();
         };
         const words = `${NAMES[kind.acts_on] ?? kind.acts_on} ${inWords(kind)}`;
-        const title = kind.bound !== undefined ? "what any law could remove of the misfit of this band, all else as fitted to the whole" : `${kind.law_in_words}: removes ${percent(kind.few_numbers)} of the misfit, probability ${kind.best.probability.toPrecision(2)}`;
+        const title = kind.held !== undefined ? HELD : `${kind.law_in_words}: removes ${percent(kind.few_numbers)} of the misfit, probability ${kind.best.probability.toPrecision(2)}`;
         return make("button", { "aria-pressed": String(kind.acts_on === this.kind), title, onclick: press }, words);
       }),
+      ...(isHeld ? [make("small", { class: "hint", title: HELD }, "preview: any law, all else held")] : []),
     );
     this.draw();
   }
@@ -323,8 +327,8 @@ export class StructurePanel {
   }
 }
 
-/** How much of the misfit a law removes; of a band that is being chosen, what any law could. */
-const inWords = (kind) => (kind.bound === undefined ? percent(kind.few_numbers) : `any law ${percent(kind.bound)}`);
+/** How much of the misfit a law removes; in a preview, what any law could. */
+const inWords = (kind) => (kind.held === undefined ? percent(kind.few_numbers) : `any law ${percent(kind.held)}`);
 
 function triangle(pen, x, y, side) {
   pen.beginPath();

@@ -29,7 +29,8 @@ SECONDS = 120.0
 
 @pytest.fixture
 def opened(monkeypatch):
-    monkeypatch.setattr("bayes_placement.explorer.live.Worker", IdleWorker)
+    for room in ("live", "background"):
+        monkeypatch.setattr(f"bayes_placement.explorer.{room}.Worker", IdleWorker)
     page = bp.explore(small.experiment(), small.measured(), browser=False)
     yield page
     page.close()

@@ -15,10 +15,11 @@ import websockets
 
 import bayes_placement as bp
 from bayes_placement._shared.errors import InfeasibleError, InputError
-from bayes_placement.explorer.band import ChosenBand, lines_within
+from bayes_placement.explorer.band import lines_within
 from bayes_placement.explorer.candidates import added
 from bayes_placement.explorer.live import LivePage
 from bayes_placement.explorer.messages import LONGEST, MessageError, parsed
+from bayes_placement.explorer.newest import Newest
 from bayes_placement.explorer.steps import as_drawn
 from bayes_placement.explorer.worker import Told
 from bayes_placement.page.frames import packed, unpacked
@@ -46,7 +47,8 @@ class IdleWorker:
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr("bayes_placement.explorer.live.Worker", IdleWorker)
+        for room in ("live", "background"):
+            patched.setattr(f"bayes_placement.explorer.{room}.Worker", IdleWorker)
         store = tmp_path_factory.mktemp("store")
         opened = bp.explore(small.experiment(), small.measured(), store=store, browser=False)
         yield opened
@@ -279,12 +281,12 @@ def test_a_step_of_a_search_is_shown_while_it_runs(page):
 
 def test_reach_within_a_band_is_looked_for_once_at_a_time(page):
     looked, told = [], []
-    chosen = ChosenBand(looked.append)
+    chosen = Newest(looked.append)
     for low in (1.0, 2.0, 3.0):
         chosen.choose((low, 9.0))
     assert looked == [(1.0, 9.0)]  # those chosen meanwhile wait
     told += [chosen.ended(), chosen.ended()]
-    assert looked == [(1.0, 9.0), (3.0, 9.0)] and told == [None, (3.0, 9.0)]
+    assert looked == [(1.0, 9.0), (3.0, 9.0)] and told == [((1.0, 9.0), False), ((3.0, 9.0), True)]
     experiment = small.experiment()
     low, *_, high = small.LINES
     assert lines_within(experiment, (low, high)).tolist() == [*range(small.LINES.size)]
@@ -303,8 +305,44 @@ def test_reach_within_a_band_is_looked_for_once_at_a_time(page):
     talk(page, play)
 
 
+def test_reach_follows_what_is_moved_of_models_the_newest_alone(page):
+    """Beside the model of which reach was looked for, that reach stands."""
+    background = page._server.page._background
+
+    async def play(socket):
+        await heard(socket, "state")
+        await socket.send('{"do": "go", "state": 0}')
+        await socket.send('{"do": "port", "acts_on": "displacement"}')
+        beside, _ = await heard(socket, "beside")
+        assert beside["acts_on"] == ""  # nothing is known of any port yet
+        background._read_by_line = ["displacement"]
+        await socket.send('{"do": "port", "acts_on": "displacement"}')
+        await heard(socket, "beside")
+        ASKED.clear()
+        name = "structure.damping.ratio"
+        for serial, ratio in enumerate((0.03, 0.031, 0.05), 1):
+            move = {"do": "move", "values": {name: ratio}, "serial": serial}
+            await socket.send(json.dumps(move))
+            await heard(socket, "curves", serial=serial)
+        assert [task for task, _ in ASKED] == ["beside"]
+        header = {"acts_on": "displacement", "places": []}
+        number = background._worker.count
+        background._hear(Told(number, "done", (header, {"given": np.ones(3)})))
+        beside, arrays = await heard(socket, "beside", acts_on="displacement")
+        assert arrays["given"].tolist() == [1.0] * 3
+        assert [task for task, _ in ASKED] == ["beside", "beside"]
+        (model,) = background._models._looked
+        assert model.values[name] == 0.05
+        await socket.send(json.dumps({"do": "go", "state": 0}))
+        await heard(socket, "beside", acts_on="")
+
+    talk(page, play)
+    background._read_by_line = []
+
+
 def test_a_later_call_takes_the_page_up(page, tmp_path, monkeypatch):
-    monkeypatch.setattr("bayes_placement.explorer.live.Worker", IdleWorker)
+    for room in ("live", "background"):
+        monkeypatch.setattr(f"bayes_placement.explorer.{room}.Worker", IdleWorker)
     experiment, measurement = small.experiment(), small.measured()
     first = bp.explore(experiment, measurement, store=tmp_path, browser=False)
     first.session.do(added(experiment, "point_mass", at=(0.3, 0.0, 0.0)))

@@ -55,6 +55,23 @@ def test_a_fit_is_told_step_by_step_and_is_that_of_the_script(worker):
 
 
 @pytest.mark.long
+def test_reach_beside_given_values_is_told_and_what_a_task_is_about_is_sent_once(worker):
+    started, told = worker
+    asked = AskedOfWorker(small.experiment(), small.measured(MASS), None, None)
+    for ratio in (0.035, 0.05):
+        values = small.TRUTH | {"structure.damping.ratio": ratio}
+        started.begin("beside", asked=asked, acts_on="displacement", values=values)
+    started.begin("beside", asked=asked, acts_on="nothing", values=small.TRUTH)
+    (header, right), (_, wrong) = (heard(told, "done")[-1].content for _ in range(2))
+    error = np.sum(wrong["given"]) / np.sum(wrong["measured"])
+    assert error == pytest.approx(chi2(*asked[:2], values), rel=1e-6)
+    assert np.sum(right["left"], axis=1).min() < np.sum(wrong["left"], axis=1).min()
+    nearest = header["places"][int(np.argmin(np.sum(right["left"], axis=1)))]
+    assert nearest[0][0] == pytest.approx(0.3, abs=0.02)
+    assert heard(told, "failed")[-1].word == "failed"
+
+
+@pytest.mark.long
 def test_a_worker_says_what_is_wrong_goes_on_and_is_stopped(worker):
     started, told = worker
     asked = AskedOfWorker(small.experiment(), small.measured(), None, None)

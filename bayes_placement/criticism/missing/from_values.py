@@ -7,10 +7,10 @@ import numpy as np
 
 from ...experiment.experiment import Experiment, Measurements
 from ...inference.engines.least_squares import NormalEquations, ParameterPoints
-from ...inference.engines.levenberg_marquardt import LARGEST, Objective, best_fit, minimise
+from ...inference.engines.levenberg_marquardt import Objective, best_fit, minimise
 from ...inference.estimates import scalars
 from ...inference.residuals import Problem, sizes_of
-from ..values import with_arrays
+from ..values import point_of
 
 NEAR, STEPS = 10, 60
 """Steps along logarithmic residuals, which find resonances from afar, and those to the end."""
@@ -46,7 +46,7 @@ def fitted_from(
         objective = squares.objective(logarithmic=logarithmic)
         return _Watched(objective, lambda point: seen(_named(problem, point)))
 
-    start = _start(problem, values)
+    start = point_of(problem, values)[None]
     near, _ = minimise(watched(True), start, steps=NEAR)
     starts = np.concatenate([start, near])
     ends, normal = minimise(watched(False), starts, steps=STEPS, count=squares.count)
@@ -76,13 +76,6 @@ class _Watched:
         normal = self._objective.normal_equations(points)
         self._seen(points[int(np.argmin(np.nan_to_num(normal.cost, nan=np.inf)))])
         return normal
-
-
-def _start(problem: Problem, values: Values) -> ParameterPoints:
-    """Coordinates of the values; at an edge of a prior a little inside."""
-    named = with_arrays(problem.at_fixed_sizes, values)
-    vector = np.asarray(problem.coordinates.vector(named), dtype=float)
-    return np.clip(np.nan_to_num(vector), -LARGEST, LARGEST)[None]
 
 
 def _named(problem: Problem, point: np.ndarray) -> dict[str, float]:

@@ -1,4 +1,7 @@
-"""What any law leaves of the misfit line by line, so that each part of the band has its bound."""
+"""What any law leaves of the misfit line by line, all else held: shares for each part of the band.
+
+A fit of all else to that part alone may remove more, so that such a share bounds nothing.
+"""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -15,14 +18,14 @@ OF_LAW = 2
 
 
 class LeftByLine(NamedTuple):
-    """Sums of squares at each line, with all unknowns as fitted to the whole band.
+    """Sums of squares at each line, all unknowns being held.
 
     Parameters
     ----------
     given
         Of the model as given.
     left
-        With a law that may be any, for each row of `Reach.curves`.
+        With a law that may be any, for each place: of a `Reach` the rows of its `curves`.
     measured
         How many numbers were measured there.
     """
@@ -46,16 +49,22 @@ def left_by_line(problem: Problem, point: Point, reaches: Sequence[Any]) -> Left
         return None
     residual = complex_residuals(problem.squares.residuals(point[None])[0], problem)
     left = np.concatenate([_left(reached) for reached in reaches])
+    return LeftByLine(squares_by_line(residual)[0], left, measured_by_line(problem))
+
+
+def measured_by_line(problem: Problem) -> Int[np.ndarray, "line"]:
+    """Return how many numbers were measured at each line."""
     measured = np.asarray(problem.data.measured)
-    count = measured.reshape(-1, measured.shape[-1]).sum(axis=0)
-    return LeftByLine(_squares(residual)[0], left, count)
+    count: np.ndarray = measured.reshape(-1, measured.shape[-1]).sum(axis=0)
+    return count
 
 
 def _left(reached: ReachOfPort) -> Float[np.ndarray, "place line"]:
     parts = (reached.free.at(points) for points in in_parts(reached.points, reached.problem))
-    return np.concatenate([_squares(at.left(at.best())) for at in parts])
+    return np.concatenate([squares_by_line(at.left(at.best())) for at in parts])
 
 
-def _squares(residual: Any) -> Float[np.ndarray, "point line"]:
+def squares_by_line(residual: Any) -> Float[np.ndarray, "point line"]:
+    """Return the sums of squares over the channels at each line."""
     squares: np.ndarray = np.sum(np.abs(residual) ** 2, axis=1)
     return squares

@@ -176,7 +176,7 @@ class Reach:
                 "acts_on": acts_on,
                 "best": {
                     "setting": str(row["setting"]),
-                    "place_m": _numbers(row),
+                    "place_m": ends_in_metres(row),
                     "law": repr(row["law"]),
                     "law_tree": row["law"].tree(),
                     "probability": float(row["probability"]),
@@ -185,7 +185,7 @@ class Reach:
                 "curve": [
                     {
                         "setting": str(place["setting"]),
-                        "place_m": _numbers(place),
+                        "place_m": ends_in_metres(place),
                         "any_law": _number_or_none(place["any_law"]),
                         "few_numbers": float(place["few_numbers"]),
                     }
@@ -324,14 +324,14 @@ def _curve(reached: Reached, squares: float) -> pd.DataFrame:
     lines = reached.problem.data.z.shape[-1]
     by_any = _share(reached.squares + OF_LAW * lines, squares, reached.problem)
     by_few = _share(reached.squares_of_law, squares, reached.problem)
-    where = _where(reached.port, reached.problem, reached.points)
-    return where.assign(any_law=by_any, few_numbers=by_few)
+    places = where(reached.port, reached.problem, reached.points)
+    return places.assign(any_law=by_any, few_numbers=by_few)
 
 
 def _law(law: NamedLaw, reached: Reached, squares: float) -> dict[str, Any]:
     """Row of a law that was fitted in full."""
-    where = _where(law.port, reached.problem, law.point[None]).iloc[0].to_dict()
-    return {str(name): value for name, value in where.items()} | {
+    place = where(law.port, reached.problem, law.point[None]).iloc[0].to_dict()
+    return {str(name): value for name, value in place.items()} | {
         "law": law.law,
         "few_numbers": float(_share(law.fit.squares, squares, reached.problem)),
         "chi2_per_datum": law.fit.squares / reached.problem.count,
@@ -344,8 +344,8 @@ def _share(left: Any, squares: float, problem: Problem) -> Any:
     return np.clip((squares - left) / above, 0.0, 1.0) if above > 0 else 0.0 * left
 
 
-def _where(port: AnyPort, problem: Problem, points: Points) -> pd.DataFrame:
-    """Kind, setting and places of a port at points."""
+def where(port: AnyPort, problem: Problem, points: Points) -> pd.DataFrame:
+    """Return kind, setting and places of a port at points."""
     experiment = problem.experiment
     effect = port.effect_in(experiment)
     values = problem.coordinates.named(points)
@@ -359,8 +359,8 @@ def _where(port: AnyPort, problem: Problem, points: Points) -> pd.DataFrame:
     return table
 
 
-def _numbers(row: Any) -> list[list[float]]:
-    """Places of a row, each a list of coordinates [m]."""
+def ends_in_metres(row: Any) -> list[list[float]]:
+    """Return the places of a row, each a list of coordinates [m]."""
     ends = [[float(row[name]) for name in names] for names in (PLACES[:3], PLACES[3:])]
     known = [[number for number in end if np.isfinite(number)] for end in ends]
     return [end for end in known if end]

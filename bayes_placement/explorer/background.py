@@ -1,0 +1,146 @@
+"""What is looked at in the background of a page: the model as given, where laws may act, what next.
+
+One worker does one thing after the other, so that a preview waits for a fit that is under way.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from ..page.frames import packed
+from .actions import ValuedModel
+from .band import Band, lines_within
+from .newest import Newest
+from .worker import Told, Worker
+
+if TYPE_CHECKING:
+    from .live import LivePage
+
+FITTED = "fitted as given"
+"""Name of the curves of the model as given, fitted."""
+
+NOTHING: Mapping[str, Any] = MappingProxyType({})
+
+
+class Background:
+    """A worker that looks at the models of a page, and tells the page what it has found.
+
+    Parameters
+    ----------
+    page
+        The page.
+    post
+        Called with a function that is to be run in the thread of the page.
+    """
+
+    def __init__(self, page: "LivePage", post: Callable[[Callable[[], None]], None]):
+        self._page = page
+        self._worker = Worker(lambda told: post(lambda: self._hear(told)))
+        self._running: dict[int, tuple[str, int]] = {}
+        self._reached = 0
+        self._bands = Newest(self._begin_band)
+        self._models, self._acts_on = Newest(self._begin_beside), ""
+        self._read_by_line: Sequence[str] = ()
+
+    def look_at_given(self) -> None:
+        """Look at the model as given, and at the data."""
+        for task in ("offered", "check_data", "as_given", "reach"):
+            self._begin(task, 0)
+
+    def look_at_state(self) -> None:
+        """Look where laws may act beside the model at hand, all its unknowns fitted."""
+        self._reached = self._page.session.current
+        self._begin("reach", self._reached)
+
+    def look_at_band(self, band: Band) -> None:
+        """Look at a band beside the model of which the reach is shown."""
+        self._bands.choose(band)
+
+    def look_at_port(self, acts_on: str) -> None:
+        """Look at one kind of port beside the models that follow."""
+        self._acts_on = acts_on if acts_on in self._read_by_line else ""
+        self.look_beside(self._page.session.model, True)
+
+    def look_beside(self, model: ValuedModel, is_state: bool) -> None:
+        """Look at what any law could remove beside a model, unless reach is of it."""
+        is_reached = is_state and self._page.session.current == self._reached
+        if is_reached or not self._acts_on:
+            self._models.forget()
+            self._page.tell("beside", acts_on="")
+        else:
+            self._models.choose(model)
+
+    def look_at_next(self, state: int, alternatives: Any) -> None:
+        """Look where to measure next, by the explanations that a search has left."""
+        self._page.tell("background", task="next", share=0.0)
+        self._begin("next", state, alternatives=alternatives)
+
+    def stop(self) -> None:
+        """End the worker."""
+        self._worker.stop()
+
+    def _begin(self, task: str, state: int, **further: Any) -> None:
+        self._begin_on(self._page.session.states[state].model, task, state, **further)
+
+    def _begin_on(self, model: ValuedModel, task: str, state: int, **further: Any) -> None:
+        asked = self._page.asked(model.experiment)
+        self._running[self._worker.begin(task, asked=asked, **further)] = task, state
+
+    def _begin_band(self, band: Band) -> None:
+        experiment = self._page.session.states[self._reached].model.experiment
+        self._begin("band", self._reached, lines=lines_within(experiment, band))
+
+    def _begin_beside(self, model: ValuedModel) -> None:
+        further = {"acts_on": self._acts_on, "values": dict(model.values)}
+        self._begin_on(model, "beside", self._page.session.current, **further)
+
+    def _hear(self, told: Told) -> None:
+        task, state = self._running[told.number]
+        if told.word == "progress":
+            self._page.tell("background", task=task, share=told.content)
+        elif task == "beside":
+            self._end_beside(told)
+        elif task == "band":
+            self._end_band(told)
+        elif told.word == "failed":
+            self._page.tell("background", task=task, share=1.0, words=told.content)
+        else:
+            self._end(task, state, told.content)
+
+    def _end(self, task: str, state: int, content: Any) -> None:
+        page = self._page
+        if task == "as_given":
+            page.tell_curves(FITTED, page.session.states[0].model._replace(values=content))
+        elif task == "offered":
+            page.tell_found("palette", {"kinds": [kind._asdict() for kind in content]})
+        elif task == "check_data":
+            page.tell_found("faults", {"sentences": content})
+        else:
+            self._end_next(content) if task == "next" else self._end_reach(state, content)
+            page.tell("background", task=task, share=1.0)
+
+    def _end_next(self, content: Mapping[str, Any]) -> None:
+        self._page.tell_found("next", content)
+
+    def _end_reach(self, state: int, content: Any) -> None:
+        from . import found  # it takes long to import, and the page stands before
+
+        self._read_by_line = found.read_by_line(content)
+        of = self._page.session.states[state].title
+        told = {**found.reach_for_page(content), "of": of}
+        self._page.tell_found("reach", told, found.reach_arrays(content))
+
+    def _end_band(self, told: Told) -> None:
+        words = told.content if told.word == "failed" else ""
+        self._page.tell("background", task="band", share=1.0, words=words)
+        band, is_last = self._bands.ended()
+        if is_last and not words:
+            from . import found
+
+            self._page.tell("band", band=band, **found.reach_for_page(told.content))
+
+    def _end_beside(self, told: Told) -> None:
+        """Show reach also beside a model that was moved meanwhile: the next one follows."""
+        self._models.ended()
+        header, arrays = told.content if told.word == "done" else ({"acts_on": ""}, NOTHING)
+        self._page.send(packed({"is": "beside", **header}, arrays))
