@@ -104,10 +104,9 @@ def shared_in_any_order(
     """
     queue = _Queue(function, tasks, *_workers(len(tasks)))
     with queue.at_work():
-        queue.hand_out()
-        if meanwhile is not nothing:  # threads that have parts take the lock again and again
-            with _COMPUTING:
-                meanwhile()
+        with _COMPUTING:  # before threads of an executor have it: they would never let go
+            queue.hand_out()
+            meanwhile()
         yield from queue.results()
 
 

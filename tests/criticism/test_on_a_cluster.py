@@ -66,16 +66,15 @@ def test_reach_on_a_cluster_is_that_of_this_machine(cluster):
     assert there.words() == here.words()
 
 
-def stop_once(marker, in_folder, *task):
+def stop_once(marker, *task):
     """Do a part, but kill the worker that has the first."""
     if at_work.first(marker):
         at_work.stop(task)
-    return in_folder(*task)
+    return fits_in_processes._in_folder(*task)  # of a worker, where it is as it was
 
 
 def test_a_worker_that_is_killed_changes_no_bit(cluster, on_cluster, tmp_path, monkeypatch):
-    stopping = partial(stop_once, tmp_path / "killed", fits_in_processes._in_folder)
-    monkeypatch.setattr(fits_in_processes, "_in_folder", stopping)
+    monkeypatch.setattr(fits_in_processes, "_in_folder", partial(stop_once, tmp_path / "killed"))
     pd.testing.assert_frame_equal(on_cluster, improved(cluster), check_exact=True)
     assert (tmp_path / "killed").exists()
 
