@@ -101,9 +101,9 @@ def fits_kept_in(folder: str | Path | None) -> Iterator[KeptFits | None]:
 
 
 def folder_of_fits() -> Path | None:
-    """Folder in which fits are kept just now; None where they are not."""
+    """Folder in which fits are kept just now, from wherever it is looked at; None of none."""
     fits = _KEPT.get()
-    return None if fits is None else fits.folder
+    return None if fits is None else fits.folder.absolute()
 
 
 def count_taken(number: int) -> None:
