@@ -15,9 +15,6 @@ from ._lines import ChosenLines, choose_lines
 from ._run import Output, Run
 from ._terminal import Screen
 
-if TYPE_CHECKING:
-    pass
-
 
 class Inputs(NamedTuple):
     """What a command was given.
