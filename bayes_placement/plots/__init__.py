@@ -12,7 +12,7 @@ _attribute, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 def __getattr__(name: str) -> Any:
     """Return a module, which offers to complete what it defines, or a function."""
-    found = _attribute(name)
-    if isinstance(found, ModuleType):
-        offer_own(found)
-    return found
+    member = _attribute(name)
+    if isinstance(member, ModuleType):
+        offer_own(member)
+    return member

@@ -6,7 +6,6 @@ import random
 import string
 import urllib.error
 import urllib.request
-from types import SimpleNamespace
 
 import numpy as np
 import numpyro.distributions as dist
@@ -15,6 +14,7 @@ import websockets
 
 import bayes_placement as bp
 from bayes_placement._shared.errors import InfeasibleError, InputError
+from bayes_placement.criticism.missing.fitted_model import FittedModel
 from bayes_placement.explorer.band import lines_within
 from bayes_placement.explorer.candidates import added
 from bayes_placement.explorer.live import LivePage
@@ -265,8 +265,9 @@ def test_a_step_of_a_search_is_shown_while_it_runs(page):
         heavier = live.session.model.experiment + bp.effects.point_mass(
             dist.Uniform(0.1, 0.9), dist.Uniform(0.0, 1.0)
         )
-        step = SimpleNamespace(
-            experiment=heavier, effects=("point_mass",), values=as_drawn(heavier)
+        fit = 1.0, 0.5, 0.0, None, 0.0
+        step = FittedModel(
+            "point_mass", ("point_mass",), {}, *fit, errors=as_drawn(heavier), experiment=heavier
         )
         live._hear_at_hand(Told(live._task[0], "step", step))
         curves, arrays = await heard(socket, "curves", task="search")
