@@ -177,10 +177,12 @@ LINES = {
     "GroundSpring(at=0.3 m, stiffness=1e+04 N/m, direction=(0, 0.6, 0.8))": (
         bp.effects.ground_spring(0.3, 1e4, direction=(0.0, 0.6, 0.8))
     ),
-    "Modal(ratio=(Uniform(0.02, 0.06), 0.04))": bp.damping.Modal([dist.Uniform(0.02, 0.06), 0.04]),
-    "Modal()": bp.model_error.Embedded(),
-    "Modal(shape=None, runs=0.01)": bp.model_error.Embedded(shape=None, runs=0.01),
-    "Modal(frequency=LogUniform(1e-05, 0.2))": bp.model_error.Embedded(
+    "Embedded(ratio=(Uniform(0.02, 0.06), 0.04))": bp.damping.Embedded(
+        [dist.Uniform(0.02, 0.06), 0.04]
+    ),
+    "Embedded()": bp.model_error.Embedded(),
+    "Embedded(shape=None, runs=0.01)": bp.model_error.Embedded(shape=None, runs=0.01),
+    "Embedded(frequency=LogUniform(1e-05, 0.2))": bp.model_error.Embedded(
         frequency=dist.LogUniform(1e-5, 0.2)
     ),
     "Gaussian(sigma=0.01 [unit of z])": bp.noise.Gaussian(0.01),
