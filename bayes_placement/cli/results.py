@@ -35,7 +35,7 @@ class Kept(NamedTuple):
         """Number of runs, age of the latest in days, and sizes in MB."""
         return {
             "runs": str(len(self.runs)),
-            "latest [days]": f"{_days_since(max(map(_changed, self.runs))):.1f}",
+            "latest [days]": f"{min(map(_age, self.runs)):.1f}",
             "results [MB]": f"{_megabytes(self.files):.1f}",
         }
 
@@ -56,7 +56,6 @@ def run(folder: Path | None, clean: bool, screen: Screen) -> None:
     kept = list(_kept_in(top))
     table = pd.DataFrame([model.row() for model in kept], [model.folder.name for model in kept])
     fits = files_of_fits()
-    told = _told(fits)
     if kept:
         screen.table(table, "model")
     else:
@@ -64,7 +63,7 @@ def run(folder: Path | None, clean: bool, screen: Screen) -> None:
     if clean:
         for file in fits:
             file.unlink(missing_ok=True)
-    verdict = f"Deleted: {told}." if clean else f"{told}; --clean deletes them, results stay."
+    verdict = _verdict(fits, clean)
     screen.always(verdict)
     rows = table.rename_axis("model").reset_index().to_dict("records")
     answer = {"command": "results", "finished": True, "verdict": verdict, "exit_code": 0}
@@ -82,22 +81,23 @@ def _kept_in(top: Path) -> Iterator[Kept]:
             yield Kept(folder, runs, files)
 
 
-def _told(fits: list[Path]) -> str:
-    """Number, size, age and place of fits."""
+def _verdict(fits: list[Path], clean: bool) -> str:
+    """Number, size, age and place of fits, and what becomes of them."""
     if not fits:
-        return f"no fits in {cache_home()}"
-    oldest = _days_since(min(map(_changed, fits)))
+        return f"No fits are kept in {cache_home()}."
+    ages = sorted(map(_age, fits))
     size = f"{len(fits)} fits, {_megabytes(fits):.1f} MB"
-    return f"{size}, the oldest of {oldest:.1f} days, in {cache_home()}"
+    told = f"{size}, the oldest of {ages[-1]:.1f} days, in {cache_home()}"
+    return f"Deleted: {told}." if clean else f"{told}; --clean deletes them, results stay."
 
 
-def _changed(path: Path) -> float:
-    return path.stat().st_mtime
-
-
-def _days_since(moment: float) -> float:
-    return (time.time() - moment) / DAY
+def _age(path: Path) -> float:
+    """Time since it was written last [days]; 0 once another run has deleted it."""
+    try:
+        return (time.time() - path.stat().st_mtime) / DAY
+    except FileNotFoundError:
+        return 0.0
 
 
 def _megabytes(files: list[Path]) -> float:
-    return sum(file.stat().st_size for file in files) / MEGABYTE
+    return sum(file.stat().st_size for file in files if file.exists()) / MEGABYTE
