@@ -14,6 +14,7 @@ from ...experiment.noise import Covariance
 from ...inference.engines.least_squares import SquaresAndPrior
 from ...inference.engines.levenberg_marquardt import minimise
 from ...inference.residuals import Problem
+from ..kept_fits import stored_or_computed
 from ._hypotheses import Hypothesis
 
 BLOCKS = 10
@@ -35,6 +36,11 @@ def held_out(hypothesis: Hypothesis) -> float:
 @functools.lru_cache(maxsize=32)  # asked for by the search and by the ledger
 def scores(hypothesis: Hypothesis) -> Float[np.ndarray, "block"]:
     """Mean log density of a datum of each block, of which something is left to fit to."""
+    problem, compute = hypothesis.problem, functools.partial(_scores, hypothesis)
+    return stored_or_computed(compute, np.zeros(0), problem, hypothesis.fit.point, "held out")
+
+
+def _scores(hypothesis: Hypothesis) -> Float[np.ndarray, "block"]:
     problem = hypothesis.problem
     measured = np.asarray(problem.data.measured).ravel()
     blocks = [problem.of_experiment(block & measured) for block in _blocks(problem)]

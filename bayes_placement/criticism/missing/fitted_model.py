@@ -14,6 +14,7 @@ from ...effects.library import kind_of
 from ...experiment.experiment import Experiment
 from ...inference.chi2 import LEVEL
 from ...inference.engines.about_mode import SampledPosterior, sampled_about
+from ..kept_fits import stored_or_computed
 from ..noise_needed import NoiseNeeded
 from . import _beyond_in_words
 from ._estimates import errors, estimates, sizes
@@ -228,9 +229,19 @@ def not_sampled(hypothesis: Hypothesis, sampled: Sampled) -> tuple[str, ...]:
     )
 
 
+NOT_SAMPLED = SampledPosterior(np.zeros((0, 0)), float("nan"), float("nan"))
+"""What is kept of a posterior that could not be sampled."""
+
+
 @functools.lru_cache(maxsize=2 * FINALISTS)  # `improve` asks for those of `explain` again
 def _sampled(hypothesis: Hypothesis) -> SampledPosterior | None:
-    return sampled_about(hypothesis.problem.squares, hypothesis.fit)
+    problem, fit = hypothesis.problem, hypothesis.fit
+
+    def sampled() -> SampledPosterior:
+        return sampled_about(problem.squares, fit) or NOT_SAMPLED
+
+    kept = stored_or_computed(sampled, NOT_SAMPLED, problem, fit.point)
+    return kept if len(kept.points) else None
 
 
 def fitted_model(
