@@ -177,9 +177,7 @@ LINES = {
     "GroundSpring(at=0.3 m, stiffness=1e+04 N/m, direction=(0, 0.6, 0.8))": (
         bp.effects.ground_spring(0.3, 1e4, direction=(0.0, 0.6, 0.8))
     ),
-    "Embedded(ratio=(Uniform(0.02, 0.06), 0.04))": bp.damping.Embedded(
-        [dist.Uniform(0.02, 0.06), 0.04]
-    ),
+    "Modal(ratio=(Uniform(0.02, 0.06), 0.04))": bp.damping.Modal([dist.Uniform(0.02, 0.06), 0.04]),
     "Embedded()": bp.model_error.Embedded(),
     "Embedded(shape=None, runs=0.01)": bp.model_error.Embedded(shape=None, runs=0.01),
     "Embedded(frequency=LogUniform(1e-05, 0.2))": bp.model_error.Embedded(
@@ -269,7 +267,13 @@ def test_html_of_a_noun_shows_priors_or_else_fields():
 def test_completion_offers_what_a_room_defines():
     assert {"Modal", "Rayleigh"} <= {*dir(bp.damping)}
     assert {"suspicion", "probabilities"} <= {*dir(bp.plots.ledger)}
-    rooms = (bp.damping, bp.model_error, bp.noise, bp.observe, *map(vars(bp.plots).get, PLOTS))
+    rooms = (
+        bp.damping,
+        bp.model_error,
+        bp.noise,
+        bp.observe,
+        *(getattr(bp.plots, name) for name in PLOTS),
+    )
     for room in rooms:
         assert all(callable(getattr(room, name)) for name in dir(room)), room
         assert not {"Any", "Parameter", "panels", "partial"} & {*dir(room)}, room
