@@ -33,7 +33,7 @@ def gained(step: FittedModel, as_given: FittedModel) -> dict[str, str]:
 
 def narrow(table: pd.DataFrame) -> str:
     """Numbers side by side, and below them the parameters of each row."""
-    numbers = table.drop(columns="parameters").to_string(line_width=WIDTH)
+    numbers = _in_blocks(table.drop(columns="parameters"))
     paragraphs = [
         _paragraph(f"{name}: {words}") for name, words in table["parameters"].items() if words
     ]
@@ -42,11 +42,26 @@ def narrow(table: pd.DataFrame) -> str:
 
 def narrow_by_column(numbers: pd.DataFrame, words: pd.DataFrame) -> str:
     """Numbers side by side, and below them what each row of words says in each column."""
-    blocks = [numbers.to_string(line_width=WIDTH)]
+    blocks = [_in_blocks(numbers)]
     for title, row in words.iterrows():
         lines = [_paragraph(f"  {column}: {cell}", 4) for column, cell in row.items() if cell]
         blocks.append("\n".join([_paragraph(str(title)), *lines]))
     return "\n\n".join(blocks)
+
+
+def _in_blocks(table: pd.DataFrame) -> str:
+    """As many columns side by side as fit, and the others below, with the names of the rows."""
+    blocks, left = [], table
+    while left.shape[1]:
+        counts = range(left.shape[1], 1, -1)
+        count = next((count for count in counts if _width(left.iloc[:, :count]) <= WIDTH), 1)
+        blocks.append(left.iloc[:, :count].to_string())
+        left = left.iloc[:, count:]
+    return "\n\n".join(blocks)
+
+
+def _width(table: pd.DataFrame) -> int:
+    return max(map(len, table.to_string().splitlines()))
 
 
 def _paragraph(text: str, indent: int = 2) -> str:

@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import numpyro.distributions as dist
+import pandas as pd
 import pytest
 from scipy.integrate import trapezoid
 from scipy.stats import norm
@@ -13,6 +14,7 @@ import bayes_placement as bp
 from bayes_placement import effects
 from bayes_placement.criticism.missing import _rows
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
+from bayes_placement.criticism.missing._narrow_text import narrow
 from bayes_placement.criticism.missing._posterior_odds import Comparison
 from bayes_placement.criticism.missing._standing import Standing
 from bayes_placement.criticism.missing._weighed import NONE
@@ -198,3 +200,13 @@ def test_lines_that_stand_out_are_named(of_close_lines, lines, words):
 def test_no_line_of_noise_stands_out(of_close_lines):
     bar, measurement = of_close_lines
     assert "Single lines" not in where_it_fails(null_hypothesis(bar, bar.data(measurement)))
+
+
+def test_a_table_that_is_too_wide_stands_in_blocks_of_whole_columns():
+    headings = ["reduced chi-square", "p", "log evidence gained", "held out", "frequency", "shape"]
+    rows = pd.Index(["as given", "point_mass"], name="added")
+    table = pd.DataFrame("0.001 %", rows, headings).assign(parameters=["", "mass 0.5 kg"])
+    text = narrow(table)
+    assert max(map(len, text.splitlines())) <= 80 and "\\" not in text
+    assert all(text.count(f" {heading}") == 1 for heading in headings)
+    assert text.count("point_mass") == 3  # a row in each block, and its parameters
