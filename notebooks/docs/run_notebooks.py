@@ -27,6 +27,7 @@ def is_kept(output):
 def stored(notebook):
     """Leave out bars of progress and what depends on the machine."""
     notebook.metadata.language_info = {"name": "python"}
+    notebook.metadata.pop("widgets", None)
     for cell in notebook.cells:
         if cell.cell_type == "code":
             cell.metadata.pop("execution", None)
