@@ -42,6 +42,7 @@ def observing(measurement):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_a_mass_that_moves_modes_less_than_the_model_errs_is_new_where_it_is():
     states = {"new": state(1), "again": state(3, MODES - 1), "loaded": state(2, **MASS)}
     declared = observing(states["new"])
