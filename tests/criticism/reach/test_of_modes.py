@@ -32,7 +32,6 @@ def reached():
 
 
 @pytest.mark.long
-@pytest.mark.longest
 def test_a_mass_is_found_at_its_place():
     found = reached()
     best = found.laws.iloc[0]
