@@ -29,6 +29,7 @@ def reached():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_the_place_and_the_law_come_out():
     best = reached().laws.iloc[0]
     assert (best["acts_on"], best["law"].tree()) == ("displacement", ["-", "c", "k"])
@@ -42,6 +43,7 @@ def test_the_place_and_the_law_come_out():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_what_amplitudes_do_not_tell_is_said():
     *kinds, last = reached().words()
     assert last.startswith("From amplitudes only laws of few numbers are tried")
@@ -54,6 +56,7 @@ def test_what_amplitudes_do_not_tell_is_said():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_curves_are_drawn_without_channels():
     figure = bp.plots.reach.curves(reached(), experiment=of_amplitudes())
     titles = [axes.get_title() for axes in figure.axes]

@@ -32,6 +32,7 @@ def reached():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_a_mass_is_found_at_its_place():
     found = reached()
     best = found.laws.iloc[0]
@@ -45,6 +46,7 @@ def test_a_mass_is_found_at_its_place():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_what_modes_do_not_tell_is_said():
     first, *_, last = reached().words()
     assert first.startswith("displacement at 3") and "point_mass of mass 0.3" in first
@@ -56,6 +58,7 @@ def test_what_modes_do_not_tell_is_said():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_curves_of_modes_are_drawn():
     figure = bp.plots.reach.curves(reached())
     assert "point_mass" in figure.axes[0].get_title()
