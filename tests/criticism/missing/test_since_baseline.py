@@ -56,6 +56,7 @@ def test_a_spring_that_was_forgotten_has_a_loss():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_a_model_error_stays_beside_what_completes(before):
     ledger = improved(measured(FORGOTTEN, SPRING, seed=2), before, bp.model_error.Embedded())
     assert ledger.verdict == ("ground_spring",)

@@ -55,7 +55,7 @@ def measured(masses, seed):
     "masses",
     [
         ((0.37, 0.54),),
-        ((0.37, 0.4), (0.8, 0.6)),
+        pytest.param(((0.37, 0.4), (0.8, 0.6)), marks=pytest.mark.longest),
         pytest.param(((0.2, 0.4), (0.45, 0.3), (0.8, 0.6)), marks=pytest.mark.longest),
     ],
     ids=["one", "two", "three"],
