@@ -164,6 +164,7 @@ def test_modal_parameters_beside_frfs_are_a_wrong_argument(before):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_two_effects_that_each_win_alone_elsewhere_are_found_together():
     """Alone, a removed mass at another place explains more than the mass that is there."""
     stiffness, at = 2e6, 0.8
