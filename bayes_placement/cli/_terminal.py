@@ -12,6 +12,7 @@ from rich.console import Console, JustifyMethod, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
+from .._shared.advice import in_commands
 from .._shared.progress import (
     Progress,
     no_progress,
@@ -19,7 +20,6 @@ from .._shared.progress import (
     progress_console,
     terminal_console,
 )
-from ._advice import in_commands
 from ._streams import print_answer, printable
 
 if TYPE_CHECKING:

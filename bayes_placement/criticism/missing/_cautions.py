@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.special import ndtri
 
+from ..._shared import advice
 from ..._shared.sites import Role
 from ...inference.engines.about_mode import SampledPosterior
 from ...inference.engines.levenberg_marquardt import APART
@@ -80,7 +81,7 @@ def _sizes_at_bounds(hypothesis: Hypothesis) -> Iterator[str]:
             yield (
                 f"{unknown.name} ended at the upper edge of its prior, {size:.3g}: a larger model "
                 "error is no rival then, so that effects are claimed too easily. Look at the model "
-                "first; or widen that prior of model_error=bp.model_error.Embedded()."
+                f"first; or widen that prior of {advice.SIZES_OF_ERRORS.python}."
             )
 
 
@@ -92,7 +93,8 @@ def _one_state_of_modes(hypothesis: Hypothesis) -> Iterator[str]:
         yield (
             "A model error explains the modes of this one state, which do not tell it from a "
             "change of the structure: a mode has one frequency, and either moves it. Give modes of "
-            "an earlier state, between which and these a model error cancels: baseline=before."
+            "an earlier state, between which and these a model error cancels: "
+            f"{advice.BASELINE.python}."
         )
 
 
@@ -120,7 +122,7 @@ def _reached_once(hypothesis: Hypothesis) -> Iterator[str]:
     if hypothesis.fit.reached == 1 and len(hypothesis.near) > 1 and not hypothesis.has_errors:
         yield (
             f"Only one of {len(hypothesis.near)} starts reached the best fit, so a better one may "
-            "exist; check(infer(..., engine=bp.engines.MAP(starts=128))) begins at more."
+            f"exist; {advice.BEGUN_AT_MORE.python} begins at more."
         )
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..._shared import advice
 from ..._shared.reprs import with_short_repr
 from ...effects.beyond_prior import BeyondPrior
 from ...effects.effect import Effect
@@ -224,8 +225,7 @@ def not_sampled(hypothesis: Hypothesis, sampled: Sampled) -> tuple[str, ...]:
         return ()
     return (
         "Intervals are those of a Gaussian about the best fit, although the posterior is none: "
-        "these data tell less than they say. bp.infer(ledger.experiment, measurement, "
-        "engine=bp.engines.SMC()) samples it, in minutes.",
+        f"these data tell less than they say. {advice.SAMPLED.python} samples it, in minutes.",
     )
 
 

@@ -8,6 +8,7 @@ import equinox as eqx
 import numpy as np
 from scipy.special import logsumexp
 
+from ..._shared.advice import MORE_NODES, SMC
 from ..._shared.arguments import check_count
 from ..._shared.dimensions import Key
 from ..._shared.errors import InfeasibleError
@@ -123,7 +124,7 @@ def _diagnosed(draws: EngineDraws, cube: np.ndarray) -> EngineDraws:
     least = float(min(sizes))
     warning = (
         f"The grid does not resolve the posterior: {least:.1f} nodes carry it along one unknown, "
-        f"where {LEAST_NODES} are needed; use more, Grid(nodes=96), or engines.SMC()."
+        f"where {LEAST_NODES} are needed; use more, {MORE_NODES.python}, or {SMC.python}."
     )
     return dataclasses.replace(
         draws,

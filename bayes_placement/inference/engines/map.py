@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..._shared.advice import MORE_STARTS
 from ..._shared.arguments import check_count
 from ..._shared.compiled import compiled
 from ..._shared.dimensions import Key
@@ -341,6 +342,6 @@ def _warnings(flat: bool, k: float, reached: int, of: int) -> tuple[str, ...]:
     if of > 1 and reached == 1:
         sentences.append(
             f"Only one of {of} starts reached the best point found, so a better one may exist; use "
-            "more starts, MAP(starts=128)."
+            f"more starts, {MORE_STARTS.python}."
         )
     return tuple(sentences)
