@@ -1,6 +1,7 @@
 """A body whose centre of mass lies beside the place where it is fixed."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform, Uniform
@@ -51,6 +52,12 @@ class EccentricMass(AtPlace, OnPorts):
             PortLaw(beside(at, self.offset, modes), *Mass(self.mass).fraction(omega)),
             PortLaw(rotation(at, None, None, modes), *Mass(inertia).fraction(omega)),
         ]
+
+    def twin(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
+        """The same centre of mass, held from its other side."""
+        if "at" not in values or "offset" not in values:
+            return {}
+        return {"at": values["at"] + 2 * values["offset"], "offset": -values["offset"]}
 
     @classmethod
     def suggest(cls, scales: Scales) -> list["EccentricMass"]:

@@ -152,6 +152,10 @@ class Effect(eqx.Module):
         """
         return ""
 
+    def twin(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return other values of its fields at which it acts almost alike; mostly none."""
+        return {}
+
     def remark(self, estimates: Mapping[str, tuple[float, float]]) -> str:
         """Say what mean and deviation of its numbers mean: a strength below zero, or nothing."""
         mean, _ = estimates.get(self.absent[0], (0.0, 0.0))

@@ -197,12 +197,29 @@ def fitted(candidate: ScannedCandidate, rival: Rival = NO_RIVAL) -> Hypothesis:
     effects = (*base.effects, effect)
     if not base.has_errors:
         places = candidate.best_places(_followed(effect, problem))
-        return Hypothesis(effects, problem, *fit_grown(problem, places, weak[None]))
+        found = Hypothesis(effects, problem, *fit_grown(problem, places, weak[None]))
+        return _or_its_twin(found, effect)
     starts = np.concatenate([candidate.best_places(PLACES_WITH_ERRORS), weak[None]])
     sized = kept_with_sizes(
         problem, starts, decreasing_errors(problem, DECREASING_ERRORS[-2:]), rival
     )
     return Hypothesis(effects, has_errors=True, **vars(sized))
+
+
+def _or_its_twin(found: Hypothesis, effect: Effect) -> Hypothesis:
+    """The fit, or a better one that begins where the effect acts almost alike."""
+    problem, point = found.problem, found.fit.point
+    values = {name: of[0] for name, of in problem.coordinates.named(point[None]).items()}
+    words = fields_of(effect, problem)
+    twin = effect.twin({word: values[name] for name, word in words.items()})
+    if not twin:
+        return found
+    changed = {name: twin[word] for name, word in words.items() if word in twin}
+    start = np.asarray(problem.coordinates.vector({**values, **changed}))
+    if not np.isfinite(start).all():  # outside the prior
+        return found
+    both = fit_grown(problem, start[None], np.stack([point, start]))
+    return Hypothesis(found.effects, problem, *both)
 
 
 def _followed(effect: Effect, problem: Problem) -> int:
