@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from .._shared.reprs import with_short_repr
 
@@ -92,7 +92,7 @@ def over_scatter(residual: Rows, present: Bool[np.ndarray, "row line"]) -> tuple
         Where something was measured.
     """
     ratio, certainty = neumann(residual, present)
-    return float(ratio**-0.5), float(norm.cdf((ratio - 1) * certainty))
+    return float(ratio**-0.5), float(ndtr((ratio - 1) * certainty))
 
 
 def neumann(residual: Rows, present: Bool[np.ndarray, "row line"]) -> tuple[float, float]:

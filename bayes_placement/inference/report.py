@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 import xarray as xr
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from .._shared.arguments import arguments_checked, check_kind
 from .._shared.errors import InputError
@@ -291,5 +291,5 @@ def _comparisons(results: Mapping[str, xr.DataTree]) -> list[MethodComparison]:
 
 
 def _disagreements(comparisons: list[MethodComparison]) -> list[MethodComparison]:
-    threshold = norm.isf(FALSE_ALARM / 2 / max(1, len(comparisons)))
+    threshold = -ndtri(FALSE_ALARM / 2 / max(1, len(comparisons)))
     return [comparison for comparison in comparisons if comparison.deviation > threshold]

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
-from scipy import stats
+from scipy.special import ndtr
 
 from ...inference.chi2 import Chi2
 from ...inference.output_residuals import Chosen, FRFParts, Residuals
@@ -56,7 +56,7 @@ class Statistics:
         if self.data.is_modal or np.sum(self._lagged[1][0, group] > 0) < FEWEST_PAIRS:
             return float("nan")
         weight = 1 - np.arange(1, products.size + 1) / (products.size + 1)
-        return float(stats.norm.sf(weight @ products / np.sqrt(weight**2 @ squares)))
+        return float(ndtr(-weight @ products / np.sqrt(weight**2 @ squares)))
 
     def predictive(self, group: Chosen) -> float:
         """Posterior predictive p-value: share of draws whose replicate has a larger chi2 than data.

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import xarray as xr
-from scipy import stats
+from scipy.special import ndtri
 from tinygp import GaussianProcess
 from tinygp.kernels import quasisep
 
@@ -22,7 +22,7 @@ from ._residuals import residuals
 AMPLITUDES, LENGTHS = 24, 16
 _VARIANCE_NOT_MEASURED = 1e12
 _ZERO_AMPLITUDE = 1e-6
-_SIGNIFICANT = float(stats.norm.isf(0.025))
+_SIGNIFICANT = float(-ndtri(0.025))
 
 
 class _Fit(NamedTuple):

@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 from jaxtyping import Float
-from scipy.signal import find_peaks
-from scipy.stats import norm
+from scipy.special import ndtri
 
 FALSE_ALARM = 0.01
 """Probability that noise alone makes a peak anywhere."""
@@ -84,7 +83,9 @@ def _peaks(lines: Curve, squares: Curve, noise: Curve) -> Peaks:
 
     Near a natural frequency w, 1 / |H|^2 is to first order a ((w' - w)^2 + (damping w)^2).
     """
-    least = norm.isf(FALSE_ALARM / lines.size) * noise
+    from scipy.signal import find_peaks  # it takes long to import
+
+    least = -ndtri(FALSE_ALARM / lines.size) * noise
     numbers, _ = find_peaks(squares, prominence=least)
     found = [_parabola(lines[n - 1 : n + 2], 1 / squares[n - 1 : n + 2]) for n in numbers]
     frequency, damping = np.array(found).reshape(-1, 2).T

@@ -4,7 +4,7 @@ import itertools
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from ...inference.residuals import Problem
 from ._at_channels import EffectAtData
@@ -99,7 +99,7 @@ def other_places(problem: Problem, names: list[str]) -> np.ndarray:
 
 def _grid(problem: Problem, counts: dict[str, int], most: int) -> np.ndarray:
     """Points in the middle of cells of equal prior probability; a random part of too many."""
-    axes = [norm.ppf((np.arange(count) + 0.5) / count) for count in counts.values()]
+    axes = [ndtri((np.arange(count) + 0.5) / count) for count in counts.values()]
     rows = (
         np.array(list(itertools.product(*axes))).reshape(-1, len(axes))
         if axes

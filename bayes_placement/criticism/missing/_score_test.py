@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from scipy.special import ndtri
-from scipy.stats import norm
+from scipy.special import ndtr, ndtri
 
 from ..._shared.sites import Role
 from ...effects.effect import Effect
@@ -301,5 +300,5 @@ def _corrected(correlation: np.ndarray, score: np.ndarray) -> float:
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     drawn = np.abs(rng.standard_normal((TRIALS, len(score))) @ root.T).max(axis=1)
     typical = float(np.median(drawn))
-    count = max(1.0, np.log(0.5) / np.log1p(-2 * norm.sf(typical)))
-    return float(-np.expm1(count * np.log1p(-min(2 * norm.sf(greatest), 1 - 1e-12))))
+    count = max(1.0, np.log(0.5) / np.log1p(-2 * ndtr(-typical)))
+    return float(-np.expm1(count * np.log1p(-min(2 * ndtr(-greatest), 1 - 1e-12))))

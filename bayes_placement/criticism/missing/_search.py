@@ -11,7 +11,6 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
 from ..._shared.parts import nothing
 from ...effects.effect import Effect
@@ -238,6 +237,8 @@ def _weight(branch: Hypothesis, residual: np.ndarray) -> np.ndarray:
     deviations = at_screening_lines(branch.problem).deviations()
     if deviations is None or not isinstance(branch.problem.experiment.observe, Complex):
         return np.ones_like(residual)
+    from scipy.optimize import brentq  # it takes long to import
+
     plain, of_relative = deviations
     size = np.sqrt(2) * LOGARITHMIC_ERROR * of_relative  # half of a relative error in each part
 

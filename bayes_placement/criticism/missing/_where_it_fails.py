@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy.stats import f as f_distribution
+from scipy.special import fdtrc
 
 from ...effects.mains_hum import MAINS
 from ...experiment.data_checks.mains import at_multiples, can_have_hum
@@ -109,7 +109,7 @@ def _p_values(squares: BySensor, count: BySensor) -> BySensor:
     complete = (count > 0) & (number == len(BESIDE) * count) & (around > 0)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = squares * number / (count * around)
-        tail = f_distribution.sf(ratio, count, number)
+        tail = fdtrc(count, number, ratio)
     p_values[:, inner] = np.where(complete, tail, np.nan)[:, inner]
     return p_values
 

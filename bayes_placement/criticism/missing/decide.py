@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import ndtr
-from scipy.stats import wilcoxon
 
 from ..._shared.arguments import arguments_checked
 from ..._shared.errors import InputError
@@ -215,6 +214,8 @@ def predicts_better(row: Row, before: Row, policy: Policy) -> bool:
     gain, error = gain_held_out(row, before)
     if not error > 0:
         return gain > 0
+    from scipy.stats import wilcoxon  # it takes long to import
+
     by_ranks = wilcoxon(np.subtract(row.held_out, before.held_out), alternative="greater").pvalue
     errors = policy.held_out_errors
     return bool(gain > errors * error or by_ranks < ndtr(-errors))

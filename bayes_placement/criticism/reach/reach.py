@@ -7,8 +7,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 from jaxtyping import Float, Shaped
-from scipy.special import logsumexp
-from scipy.stats import chi2
+from scipy.special import chdtrc, logsumexp
 
 from ..._shared.errors import InputError
 from ..._shared.reprs import notebook_html
@@ -293,7 +292,7 @@ def reach_of(
         for kind in dict.fromkeys(curves["acts_on"])
         if tells_phase(problem)
     }
-    fails = bool(chi2.sf(squares, problem.count) < LEVEL) if _is_noise_known(problem) else None
+    fails = bool(chdtrc(problem.count, squares) < LEVEL) if _is_noise_known(problem) else None
     chi2_per_datum = squares / problem.count
     return Reach(
         curves.reset_index(drop=True),

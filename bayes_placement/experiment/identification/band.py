@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Complex, Float, Inexact
 from numpy.polynomial import chebyshev
-from scipy.optimize import least_squares
 from scipy.special import chdtrc
 
 ELSEWHERE = 3
@@ -113,6 +112,8 @@ def fitted(band: Band, count: int) -> PoleFit:
 
     def at(flat: Float[np.ndarray, "twice"]) -> "_Solved":
         return _solved(band, flat[:count] + 1j * flat[count:])
+
+    from scipy.optimize import least_squares  # it takes long to import
 
     found = least_squares(
         lambda flat: _parts(at(flat).left),
