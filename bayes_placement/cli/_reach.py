@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from pathlib import Path
 
 from matplotlib.figure import Figure
 
@@ -71,12 +72,18 @@ def draw_reach(result: Ledger | Ranking, inputs: Inputs, run: Run) -> None:
     }
     for name, draw in drawings.items():
         run.figures(partial(_by_name, f"{name}.png", draw))
-        run.attempt("A figure", partial(_write_as_svg, run, f"{name}.svg", draw))
+        run.attempt("A figure", partial(_begin_svg, run, f"{name}.svg", draw))
 
 
-def _write_as_svg(run: Run, name: str, draw: Callable[[], Figure]) -> None:
+def _begin_svg(run: Run, name: str, draw: Callable[[], Figure]) -> None:
     with look():
-        run.text(name, as_file(svg_of(draw())))
+        figure = draw()
+    run.begin(name, partial(_write_svg, figure))
+
+
+def _write_svg(figure: Figure, path: Path) -> None:
+    with look():
+        path.write_text(f"{as_file(svg_of(figure))}\n", encoding="utf-8")
 
 
 def _by_name(name: str, draw: Callable[[], Figure]) -> dict[str, Figure]:

@@ -149,9 +149,12 @@ class Run:
 
     def _begin_figures(self, drawing: Drawing) -> None:
         for name, figure in drawing().items():
-            draw = partial(figure.savefig, dpi=DOTS_PER_INCH)
-            written = begun_in_helper(write_atomically, self.folder / name, draw)
-            self.unfinished.append(partial(self._note_when, written, name))
+            self.begin(name, partial(figure.savefig, dpi=DOTS_PER_INCH))
+
+    def begin(self, name: str, write: Callable[[Path], object]) -> None:
+        """Begin to write a file, in a helper where one is idle."""
+        written = begun_in_helper(write_atomically, self.folder / name, write)
+        self.unfinished.append(partial(self._note_when, written, name))
 
     def finish(
         self, screen: Screen, verdict: str, result: Mapping[str, Any], *, passed: bool = True
