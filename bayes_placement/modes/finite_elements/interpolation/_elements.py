@@ -3,6 +3,7 @@
 import functools
 import itertools
 import operator
+from collections.abc import Iterable
 
 import equinox as eqx
 import jax
@@ -80,7 +81,7 @@ class Elements(Interpolation):
         """Closest position [m] of the structure; in skewed cells, close to it."""
         element = self._element(position)
         inside = self._inside(self._coordinates(position, element), 0.0)
-        return part_at(self.origin, element) + part_at(self.edges, element) @ inside
+        return part_at(self.origin, element) + part_at(self.edges, element) @ jnp.stack(inside)
 
     def near(self, position: Float[np.ndarray, "place 3"], radius: float) -> "Elements":
         """Only those elements that can be read within a radius [m] of some positions [m]."""
@@ -103,25 +104,34 @@ class Elements(Interpolation):
 
     def _element(self, position: Point) -> Int[Array, ""]:
         """Closest element; its number has no derivative."""
-        # Sums of products rather than einsum: they compile in half the time.
-        step = jax.lax.stop_gradient(position) - self.origin
-        local = jnp.sum(self.local * step[:, None, :], axis=2)
-        inside = jax.vmap(lambda coordinates: self._inside(coordinates, 0.0))(local)
-        outside = step - jnp.sum(self.edges * inside[:, None, :], axis=2)
-        return jnp.argmin(jnp.sum(outside**2, axis=1))
+        # Component by component, so that the processor takes several elements at once.
+        here = jax.lax.stop_gradient(position)
+        step = [x - origin for x, origin in zip(here, self.origin.T, strict=True)]
+        local = [_dot(row, step) for row in jnp.moveaxis(self.local, 0, 2)]
+        inside = self._inside(local, 0.0)
+        nearest = [_dot(row, inside) for row in jnp.moveaxis(self.edges, 0, 2)]
+        outside = [x - closest for x, closest in zip(step, nearest, strict=True)]
+        square = _dot(outside, outside)
+        order = jnp.arange(len(square))
+        # The first that is as near as any: an argmin takes three times as long.
+        return jnp.min(jnp.where(square <= jnp.min(square), order, len(square) - 1))
 
     def _coordinates(self, position: Point, element: Int[Array, ""]) -> Float[Array, "local"]:
         step = position - part_at(self.origin, element)
         return jnp.sum(part_at(self.local, element) * step, axis=1)
 
-    def _inside(self, local: Float[Array, "local"], margin: float) -> Float[Array, "local"]:
-        """Local coordinates moved into the reference cell."""
+    def _inside(self, local: Iterable[Array], margin: float) -> list[Array]:
+        """Local coordinates, each of one or more points, moved into the reference cell."""
         # No jnp.clip: it halves the gradient on the border.
-        above = jnp.where(local < -margin, -margin, local)
+        above = [jnp.where(x < -margin, -margin, x) for x in local]
         if not self.simplex:
-            return jnp.where(above > 1 + margin, 1 + margin, above)
-        total = jnp.sum(above)
-        return above / jnp.where(total > 1 + margin, total, 1.0)
+            return [jnp.where(x > 1 + margin, 1 + margin, x) for x in above]
+        total = functools.reduce(operator.add, above)
+        return [x / jnp.where(total > 1 + margin, total, 1.0) for x in above]
+
+
+def _dot(first: Iterable[Array], second: Iterable[Array]) -> Array:
+    return functools.reduce(operator.add, map(operator.mul, first, second))
 
 
 def build_elements(
@@ -150,7 +160,7 @@ def build_elements(
 
 
 def monomials(
-    coordinates: Float[Array, "coordinate *point"], exponents: Exponents
+    coordinates: Iterable[Float[Array, "*point"]], exponents: Exponents
 ) -> Float[Array, "*term"]:
     """Products of powers of coordinates, one for each term."""
     powers = np.array(exponents).T
