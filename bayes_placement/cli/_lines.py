@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..experiment._experiment_checks import at_levels
 from ..experiment._measurement_words import span_in_words
 from ..experiment.experiment import Experiment, Measurements
-from ..experiment.force_levels import at_levels
 from ..experiment.modal_parameters import ModalParameters
 from ..experiment.variants import with_lines_at
 

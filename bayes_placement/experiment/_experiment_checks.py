@@ -1,4 +1,4 @@
-"""Checks of the arguments of an experiment: lines, force levels, mounting of the sensors."""
+"""Checks of what an experiment is given: lines, force levels, mounting, and runs at its levels."""
 
 from collections import OrderedDict
 from collections.abc import Sequence
@@ -13,6 +13,8 @@ from .._shared.sites import Role, unknowns
 from ..effects.effect import Effect
 from ..laws.tabulated import tables_in
 from ..modes.modes import Modes
+from .measurement import Measurement
+from .modal_parameters import ModalParameters
 from .noise import Noise
 from .observation import Observation
 from .recording import MOUNTINGS
@@ -21,6 +23,7 @@ from .transducers import Actuator, Sensor, Transducer
 
 if TYPE_CHECKING:  # the class imports this module
     from .experiment import Experiment
+
 
 Kind = TypeVar("Kind", bound=Transducer)
 
@@ -243,3 +246,42 @@ def by_name(transducers: Sequence[Kind], modes: Modes, least: int = 1) -> Ordere
             'between the two: sensors=[bp.Sensor("s1", at=0.25)].'
         )
     return placed
+
+
+def at_levels(
+    measurements: Measurement | ModalParameters | Sequence[Measurement],
+    levels: Sequence[float] | None,
+) -> list[Measurement]:
+    """Measurements in the order of some force levels [N].
+
+    There is none for a single measurement at whatever level.
+    """
+    single = isinstance(measurements, Measurement | ModalParameters)
+    entries: Any = [measurements] if single else measurements
+    for run in entries if isinstance(entries, list | tuple) else [entries]:
+        check_kind(
+            "measurement",
+            run,
+            Measurement,
+            "measured FRFs are needed, with their channels and lines",
+            "io.read_measurement(path), or Measurement.from_arrays(...)",
+        )
+    runs = list(entries)
+    if levels is None:
+        if len(runs) != 1:
+            raise InputError(
+                f"{len(runs)} measurements were given to an experiment without force levels, "
+                "which has one. Say how hard each was driven: "
+                "Experiment(..., force_levels=[0.1, 1.0])."
+            )
+        return runs
+    by_level = {run.force_level: run for run in runs}
+    missing = [level for level in levels if level not in by_level]
+    if missing:
+        stated = ", ".join("none stated" if level is None else f"{level:g} N" for level in by_level)
+        raise InputError(
+            f"The experiment has the force level {missing[0]:g} N, but the measurements given have "
+            f"{stated}. Give one measurement for each level: Measurement.from_arrays(..., "
+            f"force_level={missing[0]:g})."
+        )
+    return [by_level[level] for level in levels]

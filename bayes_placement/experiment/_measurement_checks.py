@@ -1,9 +1,10 @@
-"""Checks of the arrays of a measurement: axes, gaps, ranges."""
+"""Checks of the arrays of a measurement: axes, gaps, ranges, and lines that are asked for."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float, Int
 
 from .._shared.arguments import check_annotated, finite_number, shown
 from .._shared.errors import InputError
@@ -255,3 +256,25 @@ def band(low: object, high: object) -> None:
             f"A band from {first:g} to {last:g} Hz was given; its limits must rise, since no line "
             f"lies in it otherwise: band({last:g}, {first:g})."
         )
+
+
+# Universal files carry 6 significant digits of the first line and of the spacing, so a line is
+# known to 5e-6 of its frequency; twice that still tells apart the lines of any such file.
+LINE_TOLERANCE = 1e-5
+
+
+def measured_lines(
+    frequency: Float[np.ndarray, "frequency"], requested: Float[np.ndarray, "requested"]
+) -> Int[np.ndarray, "requested"]:
+    """Index of the measured line at each requested frequency [Hz]."""
+    nearest = np.rint(np.interp(requested, frequency, np.arange(frequency.size))).astype(int)
+    close = np.isclose(frequency[nearest], requested, rtol=LINE_TOLERANCE, atol=0.0)
+    if not close.all():
+        raise not_measured(requested, frequency, np.where(close, -1, nearest))
+    if np.any(np.diff(nearest) <= 0):
+        raise InputError(
+            "The frequencies given do not increase from one measured line to the next; each "
+            "line is needed once, since a line that counts twice makes the answer too certain: "
+            "measurement.lines(np.unique(frequency))."
+        )
+    return nearest

@@ -23,16 +23,15 @@ from ..effects.instruments import Instruments
 from ..effects.scales import Scales
 from ..positions.places import typical
 from . import _experiment_checks
-from ._measured_outputs import measured_outputs, simulated_outputs
-from ._prior_table import prior_table, sentence_on
+from ._experiment_checks import at_levels
+from ._measurement_words import prior_table, sentence_on
 from ._value_checks import check_values, fixed
 from .data_checks import DataChecks, check_data
-from .force_levels import at_levels
 from .measurement import Channel, Measurement
 from .modal_parameters import ModalParameters
 from .model_error import Embedded, ModalErrors
 from .noise import Data, Noise
-from .observation import Observation
+from .observation import Observation, measured_outputs, simulated_outputs
 from .recording import Drive, recorded, recorded_frequency
 from .structure import Structure, added, check_free, is_dict
 from .transducers import Actuator, Sensor, Transducer

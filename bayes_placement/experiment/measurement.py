@@ -11,9 +11,9 @@ from ..positions.channel import Channel, Channels, check_distinct, checked, matc
 from . import _measurement_arrays, line_choice
 from . import _measurement_checks as checks
 from ._measurement_arrays import as_pairs, frozen
+from ._measurement_checks import measured_lines
 from ._measurement_words import sentence
 from ._noise_level import pooled_by_coherence
-from .measured_lines import measured_lines
 from .quantities import converted, frf_name
 from .scatter_of_lines import scatter_of
 

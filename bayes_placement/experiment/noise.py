@@ -14,9 +14,9 @@ from .._shared.errors import InputError
 from .._shared.ranges import POSITIVE, SHARE_OF_AMPLITUDE
 from .._shared.reprs import with_short_repr
 from .._shared.sites import is_unknown, unit
-from ._data import Data
 from ._noise_values import check_lines, not_negative, positive, positive_definite
 from .measurement import Measurement
+from .observation import Data
 
 Words: TypeAlias = tuple[str, str]
 Chosen: TypeAlias = slice | np.ndarray

@@ -1,22 +1,65 @@
-"""What an observation is: outputs z of an experiment, their errors, and what they determine."""
+"""What is observed of an FRF: the real outputs z, the data of a measurement, and their errors."""
 
 import abc
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import equinox as eqx
+import jax
+import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Inexact
+from jaxtyping import Array, Bool, Float, Inexact
 
+from .._shared.compiled import compiled
 from .._shared.dimensions import Receptance, Response
 from .._shared.errors import InputError
 from .._shared.reprs import with_short_repr
 from ..positions.channel import Channel
-from ._data import Data
 from .quantities import quantity_of
 
 if TYPE_CHECKING:  # the class imports this module
     from .experiment import Experiment
+
+
+class Data(eqx.Module):
+    """Measured outputs, in the shape of the predicted ones."""
+
+    z: Response
+    """Measured outputs; zero where nothing was measured."""
+    measured: Bool[Array | np.ndarray, "sensor actuator *level_and_part frequency"]
+    """Where something was measured."""
+    deviation: Response | None = None
+    """Standard deviation of each output known from the measurement, or None."""
+    relative: Response | None = None
+    absolute: Response | None = None
+    """Standard deviation of each output for E|error|^2 = |H|^2, |H| being the measured amplitude,
+    and for E|error|^2 = 1; None where the noise does not need them."""
+
+    def of(self, sensors: Any = slice(None), actuators: Any = slice(None)) -> "Data":
+        """Return the data of some sensor and actuator channels."""
+
+        def pick(values: Any) -> Any:
+            if values is None:
+                return None
+            # By NumPy where they are known: to pick by numbers would be compiled.
+            known = values if isinstance(values, jax.core.Tracer) else np.asarray(values)
+            return jnp.asarray(known[sensors][:, actuators])
+
+        return Data(*(pick(getattr(self, name)) for name in _FIELDS))
+
+    @staticmethod
+    def at_levels(runs: "Sequence[Data]") -> "Data":
+        """Return the data of several force levels, one run each, as one."""
+
+        def stacked(values: list[Any]) -> Any:
+            xp = np if isinstance(values[0], np.ndarray) else jnp
+            return None if values[0] is None else xp.stack(values, axis=2)
+
+        return Data(*(stacked([getattr(run, name) for run in runs]) for name in _FIELDS))
+
+
+_FIELDS = ("z", "measured", "deviation", "relative", "absolute")
+
 
 FRF = Inexact[Array, "sensor actuator *force_level frequency"]
 Variance = Float[Array, "sensor actuator *force_level frequency"]
@@ -134,3 +177,46 @@ class Observation(eqx.Module):
     def columns(self, channels: Sequence[Channel]) -> list[str]:
         """Names of the columns of the outputs: those of the actuator channels."""
         return [channel.label for channel in channels]
+
+
+def measured_outputs(
+    observe: Observation, frf: Any, variance: Any = None, *, amplitude: bool = False
+) -> Data:
+    """Turn measured FRFs into outputs.
+
+    FRFs [sensor, actuator, frequency] and their variances E|error|^2 are NaN where nothing was
+    measured; there are none where the level of the output error comes from elsewhere, which may
+    depend on the amplitude.
+    """
+    measured = np.isfinite(frf)
+    filled = np.where(measured, frf, 1.0)
+    z, *deviations = compiled(_outputs)(observe, filled, measured, variance, amplitude)
+    if observe.parts > 1:
+        measured = np.broadcast_to(measured[..., None, :], z.shape)
+    return Data(z, measured, *deviations)
+
+
+def simulated_outputs(observe: Observation, frf: Any) -> Data:
+    """Turn predicted FRFs into the data of a measurement without error, all of it measured."""
+    z = observe.output(frf)
+    return Data(z, np.ones(z.shape, dtype=bool), None, *_unit_deviations(observe, frf))
+
+
+def _outputs(
+    observe: Observation, frf: Any, measured: Any, variance: Any, amplitude: bool
+) -> tuple[Response, Response | None, Response | None, Response | None]:
+    """Outputs, zero where not measured, and their deviations; None where these are not known."""
+    z = observe.output(frf)
+    of_parts = measured[..., None, :] if observe.parts > 1 else measured
+    deviation = None
+    if variance is not None:
+        # A level where nothing was measured is never used, but it must not be NaN in a gradient.
+        deviation = observe.deviation(frf, jnp.where(jnp.isnan(variance), 1.0, variance))
+    unit, constant = _unit_deviations(observe, frf) if amplitude else (None, None)
+    return jnp.where(of_parts, z, 0.0), deviation, unit, constant
+
+
+def _unit_deviations(observe: Observation, frf: Any) -> tuple[Response, Response]:
+    """Deviations of the outputs for E|error|^2 = |H|^2 and for E|error|^2 = 1."""
+    square = jnp.abs(frf) ** 2
+    return observe.deviation(frf, square), observe.deviation(frf, jnp.ones_like(square))

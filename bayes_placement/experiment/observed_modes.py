@@ -13,12 +13,11 @@ from .._shared.arguments import check_kind
 from .._shared.dimensions import Receptance, Response
 from .._shared.errors import InputError
 from ..positions.channel import Channel
-from ._data import Data
 from ._experiment_checks import all_known, no_frfs
 from ._mode_pairs import MeasuredShapes, assurance, paired
 from ._oscillator import Branches, Oscillator
 from .modal_parameters import DAMPING, FREQUENCY, SHAPE, ModalParameters
-from .observation import FRF, AngularFrequencies, Measured, Observation, Variance
+from .observation import FRF, AngularFrequencies, Data, Measured, Observation, Variance
 
 if TYPE_CHECKING:  # the class imports this module
     from .experiment import Experiment

@@ -9,8 +9,8 @@ from jaxtyping import Array, Float
 
 from .._shared.compiled import Bound, compiled, of_jax
 from ..criticism.values import prediction, with_arrays
+from ..experiment._experiment_checks import at_levels
 from ..experiment.experiment import Experiment, Measurements
-from ..experiment.force_levels import at_levels
 from ..experiment.noise import Data
 from ..inference.standardised_residual import standardised_residual
 from ..positions.places import coordinates

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from bayes_placement.experiment._logarithm import log10
+from bayes_placement.experiment.observe import log10
 
 
 @pytest.mark.parametrize(("low", "high"), [(-86.0, 88.0), (-1.0, 1.0), (-1e-3, 1e-3)])

@@ -13,7 +13,7 @@ from bayes_placement._shared.compiled import compiled
 from bayes_placement._shared.errors import InputError
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.design.planned import planned
-from bayes_placement.experiment._measured_outputs import measured_outputs
+from bayes_placement.experiment.observation import measured_outputs
 
 BEAM = bp.beams.beam(
     4, length=1.0, area=1e-3, second_moment=1e-8, youngs_modulus=7e10, density=2700.0

@@ -1,4 +1,4 @@
-"""data_checks: what is wrong with a measurement before any inference, a file for each check."""
+"""data_checks: what is wrong with a measurement before any inference."""
 
 from .check_data import CHECKS, DataCheck, DataChecks, check_data
 

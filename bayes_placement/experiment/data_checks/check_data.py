@@ -5,23 +5,20 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from ..._shared.reprs import notebook_html
-from ..force_levels import at_levels
+from .._experiment_checks import at_levels
 from ..measurement import Measurement
 from ..modal_parameters import ModalParameters
 from . import (
     driving_points,
-    full_coherence,
     known_factors,
     mains,
     mistaken_records,
-    names,
     natural_frequencies,
     overload,
-    phase,
     reciprocity,
-    repeated_modes,
     repeated_records,
     rigid_body_line,
+    stated,
     stated_noise,
 )
 from .record import Fault, Record
@@ -56,23 +53,20 @@ class DataCheck(NamedTuple):
     check: Callable[[Record], Iterator[Fault]]
 
 
-CHECKS = tuple(
-    DataCheck(name, module.can_check, module.check)
-    for name, module in (
-        ("repeated records", repeated_records),
-        ("overload", overload),
-        ("coherence", full_coherence),
-        ("mistaken records", mistaken_records),
-        ("natural frequencies", natural_frequencies),
-        ("units", known_factors),
-        ("phase", phase),
-        ("driving points", driving_points),
-        ("reciprocity", reciprocity),
-        ("rigid-body line", rigid_body_line),
-        ("stated noise", stated_noise),
-        ("mains", mains),
-        ("names", names),
-    )
+CHECKS = (
+    DataCheck("repeated records", repeated_records.can_check, repeated_records.check),
+    DataCheck("overload", overload.can_check, overload.check),
+    DataCheck("coherence", stated.has_coherence, stated.full_coherence),
+    DataCheck("mistaken records", mistaken_records.can_check, mistaken_records.check),
+    DataCheck("natural frequencies", natural_frequencies.can_check, natural_frequencies.check),
+    DataCheck("units", known_factors.can_check, known_factors.check),
+    DataCheck("phase", stated.observes_phase, stated.no_phase),
+    DataCheck("driving points", driving_points.can_check, driving_points.check),
+    DataCheck("reciprocity", reciprocity.can_check, reciprocity.check),
+    DataCheck("rigid-body line", rigid_body_line.can_check, rigid_body_line.check),
+    DataCheck("stated noise", stated_noise.can_check, stated_noise.check),
+    DataCheck("mains", mains.can_check, mains.check),
+    DataCheck("names", stated.has_names_alike, stated.names_alike),
 )
 """Every check, in the order in which they are done."""
 
@@ -160,7 +154,7 @@ def check_data(
     True
     """
     if experiment.observe.is_modal:
-        return DataChecks({repeated_modes.NAME: list(repeated_modes.check(experiment))})
+        return DataChecks({"repeated modes": list(natural_frequencies.repeated_modes(experiment))})
     runs = at_levels(measurement, experiment.force_levels)
     channels = experiment.sensor_channels, experiment.actuator_channels
     records = [Record(experiment, run.channels(*channels), n) for n, run in enumerate(runs)]

@@ -7,8 +7,7 @@ from jaxtyping import Bool, Complex, Float
 
 from .._noise_level import FEWEST_LINES
 from ..quantities import quantity_of
-from .prior_responses import prior_responses
-from .record import Fault, Pair, Record
+from .record import Fault, Pair, Record, prior_responses
 
 PHASE_ERROR = np.sin(np.deg2rad(10.0))
 """Sine of the phase error that instruments may have."""

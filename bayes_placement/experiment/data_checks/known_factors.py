@@ -8,8 +8,7 @@ from scipy.special import logsumexp
 
 from .likeness import LEAST_ERROR
 from .mistaken_records import LEAST_ODDS, MISTAKEN
-from .prior_responses import prior_responses
-from .record import Fault, Record
+from .record import Fault, Record, prior_responses
 from .rigid_body_line import KNOWN_FACTORS
 
 FACTORS = np.array([factor for factor in KNOWN_FACTORS if abs(np.log(factor)) > np.log(4.0)])

@@ -14,8 +14,7 @@ from ..observe import LogAmplitude
 from ..quantities import quantity_of
 from .likeness import like_nothing, log_likelihoods
 from .mistakes import AS_GIVEN, Mistake, Records, mistakes, swapped
-from .prior_responses import prior_responses
-from .record import Fault, Pair, Record
+from .record import Fault, Pair, Record, prior_responses
 
 MISTAKEN = 0.01
 """Prior probability that a record is mistaken, shared by all mistakes."""

@@ -1,4 +1,4 @@
-"""Resonances of the data compared with natural frequencies of the model: mistaken units."""
+"""Natural frequencies of the model: beside resonances of the data, and those of repeated modes."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
@@ -9,14 +9,19 @@ from jaxtyping import Float
 from ...modes.modes import frequencies_of
 from .._noise_level import FEWEST_LINES
 from ..line_choice import resonances
-from .prior_responses import prior_values
-from .record import Fault, Pair, Record
+from .record import Fault, Pair, Record, prior_values
 
 if TYPE_CHECKING:
     from ..experiment import Experiment
 
 FEWEST_RESONANCES = 3
 """Resonances that are not all near natural frequencies by chance."""
+
+LEAST_DISTANCE = 1e-6
+"""Relative distance of two natural frequencies below which their shapes are any mixture."""
+
+MARGIN = 1.05
+"""Natural frequencies over the last one measured up to which modes are compared."""
 
 NaturalFrequencies = Float[np.ndarray, "mode"]
 
@@ -61,3 +66,25 @@ def _outside(record: Record, first: Pair, modes: NaturalFrequencies, greatest: f
         f"{elastic[-1]:.3g} Hz), as of a modulus in GPa or a length in mm; Pa, m, kg/m³ and Hz are "
         "needed: youngs_modulus=70e9.",
     )
+
+
+def repeated_modes(experiment: "Experiment") -> Iterator[Fault]:
+    """Find two modes of the nominal structure whose natural frequencies are the same.
+
+    A measured mode cannot be compared with one of two: the equations of its pole are singular.
+    """
+    modes = experiment.nominal().structure.proper_modes()
+    natural = frequencies_of(modes)[modes.rigid_body_modes :]
+    below = natural[natural < MARGIN * float(np.max(experiment.frequency))]
+    distance = np.diff(below) / below[1:]
+    for lower in np.flatnonzero(distance < LEAST_DISTANCE):
+        yield Fault(
+            sensor="",
+            actuator="",
+            value=float(distance[lower]),
+            threshold=LEAST_DISTANCE,
+            sentence=f"Modes {lower + 1} and {lower + 2} of the model are both at "
+            f"{below[lower]:.5g} Hz, so that their shapes are any mixture and neither can be "
+            "compared with a measured mode. Observe FRFs, or break the symmetry of the model: a "
+            "small mass by effects.point_mass.",
+        )

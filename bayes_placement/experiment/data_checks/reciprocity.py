@@ -6,8 +6,7 @@ import numpy as np
 
 from ..._shared.dimensions import ComplexSpectrum
 from .._noise_level import FEWEST_LINES
-from .prior_responses import prior_responses
-from .record import Fault, Pair, Record
+from .record import Fault, Pair, Record, prior_responses
 
 DIFFERENCE = 0.1
 """Difference that gains of instruments explain [1], of the size of the two FRFs."""

@@ -1,20 +1,26 @@
-"""One run of a measurement in the channels of an experiment, with the noise of each FRF."""
+"""One run of a measurement in the channels of an experiment, its noise, and what models give."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+import equinox as eqx
 import numpy as np
 from jaxtyping import Bool, Complex, Float
 
+from ..._shared.compiled import compiled
+from ..._shared.dimensions import Receptance
 from ...positions.channel import Channel
 from ...positions.vectors import Recorded
 from .._noise_level import noise_variance
 from ..measurement import Measurement
+from ..prior_draws import draws_from_priors
+from ..quantities import quantity_of
 
 if TYPE_CHECKING:
     from ..experiment import Experiment
+
 
 PLACE_PRECISION = 1e-3
 """Distance within which two recorded places are one, of the greatest size of the structure."""
@@ -128,3 +134,41 @@ class Record:
 
 def _distance(first: Recorded, second: Recorded) -> float:
     return float(np.linalg.norm(np.atleast_1d(first) - np.atleast_1d(second)))
+
+
+DRAWS = 20
+"""Draws from the priors: the greatest of a statistic over them is exceeded in 1 of 21 cases."""
+
+Response = Complex[np.ndarray, "sensor actuator frequency"]
+
+
+def prior_responses(
+    record: Record, frequency: Float[np.ndarray, "frequency"]
+) -> tuple[Response, Sequence[Response]]:
+    """FRFs of the measured quantity [m/N, (m/s)/N or (m/s²)/N] of the nominal model, and at draws.
+
+    Lines are above 0 Hz.
+    """
+    derivative = quantity_of(record.measurement.quantity).derivative
+    power = (2j * np.pi * frequency) ** derivative
+
+    def response(values: dict[str, Any]) -> Response:
+        at_lines = eqx.tree_at(
+            lambda tree: tree.frequency, record.experiment.fix(values), frequency
+        )
+        receptance = np.asarray(compiled(_receptance)(at_lines))
+        flat = receptance if receptance.ndim == 3 else receptance[:, :, record.level]
+        return np.asarray(flat * power)
+
+    nominal = response(record.experiment.nominal_values())
+    return nominal, [response(values) for values in prior_values(record.experiment)]
+
+
+def prior_values(experiment: "Experiment") -> list[dict[str, Any]]:
+    """Values of all unknowns by name, at draws from their priors."""
+    draws = draws_from_priors(experiment.unknowns, 0, DRAWS)
+    return [{name: values[draw] for name, values in draws.items()} for draw in range(DRAWS)]
+
+
+def _receptance(experiment: "Experiment") -> Receptance:
+    return experiment.receptance()

@@ -5,8 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import Bool, Complex
 
-from .prior_responses import prior_responses
-from .record import Fault, Record
+from .record import Fault, Record, prior_responses
 
 BELOW = 0.7
 """Highest line that is used, over the first elastic natural frequency."""

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from scipy.special import ndtr
 
 from ..._shared.errors import InputError
-from ..force_levels import at_levels
+from .._experiment_checks import at_levels
 from ..measurement import Measurement
 from ..modal_parameters import ModalParameters
 

@@ -7,8 +7,7 @@ from jaxtyping import Complex, Float
 
 from .._noise_level import FEWEST_LINES
 from ..measurement import Measurement
-from .prior_responses import Response, prior_responses
-from .record import Fault, Record
+from .record import Fault, Record, Response, prior_responses
 
 ALLOWED = np.sqrt(2)
 """Factor that a count of averages explains: overlapping blocks tell half as much as separate ones.

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...experiment.measured_lines import LINE_TOLERANCE
+from ...experiment._measurement_checks import LINE_TOLERANCE
 from ...experiment.measurement import Measurement
 from ...experiment.noise import Noise
 from ...experiment.quantities import QUANTITIES
