@@ -8,7 +8,7 @@ from .._shared.errors import UsageError
 from .._shared.files import write_atomically
 
 if TYPE_CHECKING:
-    from ..io._channel_row import ChannelRow
+    from ..io.mapped.channel_table import ChannelRow
 
 FILE = "model.py"
 

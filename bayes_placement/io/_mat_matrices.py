@@ -11,7 +11,7 @@ import scipy.sparse
 from .._shared.errors import InputError
 from . import _contents as content
 from . import arrays
-from .arrays.mat import SPARSE
+from .arrays._mat_gate import SPARSE
 
 KINDS = (content.MAT, content.MAT_HDF5)
 NAMES = {"stiffness": r"k\d*|k_?[a-z]{1,3}|stiff\w*", "mass": r"m\d*|m_?[a-z]{1,3}|mass\w*"}

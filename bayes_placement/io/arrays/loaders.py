@@ -7,15 +7,15 @@ from ..._shared.arguments import arguments_checked
 from ..._shared.errors import InputError
 from .. import _contents
 from .._gate import existing
-from . import hdf5, mat, npz, text, text_blocks, workbook
+from . import binary, text, text_blocks, workbook
 from .named_arrays import NamedArrays
 
 LOADERS: dict[str, Callable[[Path], NamedArrays]] = {
-    _contents.MAT: mat.load,
-    _contents.MAT_HDF5: hdf5.load,
-    _contents.HDF5: hdf5.load,
-    _contents.NPZ: npz.load,
-    _contents.NPY: npz.load_array,
+    _contents.MAT: binary.load_mat,
+    _contents.MAT_HDF5: binary.load_hdf5,
+    _contents.HDF5: binary.load_hdf5,
+    _contents.NPZ: binary.load_npz,
+    _contents.NPY: binary.load_npy,
     _contents.WORKBOOK: workbook.load,
     _contents.TEXT: text_blocks.load,
     _contents.ABAQUS_MATRIX: text.load,  # five columns of numbers may be anything

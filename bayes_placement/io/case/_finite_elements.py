@@ -18,7 +18,7 @@ from ...modes.finite_elements.soft_supports import SupportMotion
 from ...positions.names import LONGEST, is_printable
 from ...positions.tolerances import Box, Member, Tolerance
 from .. import matrix_files, npz_modes
-from ._inside import inside
+from ._files import inside
 from ._json_fields import CaseError, FieldRule, JsonObject, choice, load, numbers, positive
 
 _FILES = ("nominal.npz", "K.npz", "M.npz")

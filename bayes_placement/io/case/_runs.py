@@ -9,7 +9,7 @@ import numpy as np
 from ...experiment._measurement_checks import LINE_TOLERANCE
 from ...experiment.measurement import Measurement
 from ...experiment.noise import Noise
-from ._inside import inside
+from ._files import inside
 from ._json_fields import CaseError
 from ._measurement import MeasurementSettings, read_run
 from ._noise import noise_by_data

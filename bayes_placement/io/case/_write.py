@@ -14,7 +14,7 @@ from ..._shared.files import write_atomically
 from ...experiment.measurement import Measurement
 from ...experiment.quantities import quantity_of
 from ...positions.channel import Channel, match
-from .._channel_row import ChannelRow
+from ..mapped.channel_table import ChannelRow
 from ..uff import node_numbers
 from ..uff import write as write_universal_file
 from ._json_fields import CaseError

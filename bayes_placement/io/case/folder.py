@@ -12,7 +12,7 @@ from .._gate import path_of, reading
 from ..model import Study
 from ._bar_or_beam import NominalStructure, nominal_structure, structure
 from ._effects import NAME, with_effects
-from ._inside import inside
+from ._files import inside
 from ._json_fields import JsonObject, check_distinct, choice, integer, load
 from ._known_fields import check_known
 from ._measurement import RecordedTransducer, settings

@@ -1,6 +1,6 @@
 """Files of arrays with a mapping that says what they are, as measurements."""
 
-from .._channel_row import ChannelRow
+from .channel_table import ChannelRow
 from .importing import Imported, read, read_measurement
 from .mapping import Mapping
 from .report import ImportReport

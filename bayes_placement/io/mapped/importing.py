@@ -10,12 +10,12 @@ from ..._shared.reprs import notebook_html
 from ...experiment.measurement import Measurement, Position
 from ...positions.channel import Channel
 from .. import _contents, uff
-from .._channel_row import ChannelRow
 from .._gate import path_of, reading
 from ..arrays import load
 from ..arrays.named_arrays import NamedArrays
 from . import _lines_needed, channel_table
 from . import mapping as mappings
+from .channel_table import ChannelRow
 from .mapping import Mapping
 from .measurement import (
     CONJUGATED,

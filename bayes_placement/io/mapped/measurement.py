@@ -9,12 +9,11 @@ from ...experiment._measurement_words import counted
 from ...experiment.measurement import Measurement
 from ...experiment.quantities import quantity_of
 from ...positions.channel import Channel, match, parsed
-from .._channel_row import ChannelRow
 from .._frf_units import FrfUnit, VoltageUnit
-from .._gate import check_plausible, reading
-from .._usable_lines import usable_lines
+from .._gate import check_plausible, reading, usable_lines
 from ..arrays.named_arrays import NamedArrays
 from . import _lines_needed, _values
+from .channel_table import ChannelRow
 from .mapping import FrfRule, Mapping
 from .report import ImportReport, report
 

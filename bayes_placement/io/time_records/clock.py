@@ -1,12 +1,36 @@
-"""The sampling rate of a recording: stated by its file, given, or read from times."""
+"""Channels of time records as readers return them, and their rate: stated, given or from times."""
 
 from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
 from ..._shared.errors import InputError
 from .recording import same_rate
 from .records import positive
+
+
+class Sampled(NamedTuple):
+    """Channels of a file, in its units.
+
+    Parameters
+    ----------
+    arrays
+        Samples by name.
+    units
+        Units that the file states, by name.
+    rates
+        Sampling rates [Hz] that the file states, by name.
+    left_out
+        What was not read, by name, and why.
+    """
+
+    arrays: Mapping[str, np.ndarray]
+    units: Mapping[str, str]
+    rates: Mapping[str, float]
+    left_out: Mapping[str, str] = MappingProxyType({})
+
 
 JITTER = 0.1
 """Share of the sampling interval by which a time may be off, being rounded."""

@@ -13,7 +13,7 @@ from ..._shared.errors import InputError
 from ..._shared.reprs import with_short_repr
 from ..._shared.sites import unit
 from . import overload
-from .excitation import Excitation, Spectra, lines
+from .estimate import Excitation, Spectra, lines
 from .records import FEWEST_SAMPLES, Records, Samples, positive
 
 FEWEST_AVERAGES = 1.5

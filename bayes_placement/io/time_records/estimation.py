@@ -14,9 +14,8 @@ from ...experiment import pooled_variance
 from ...experiment._measurement_checks import band as check_band
 from ...experiment.measurement import Measurement
 from ...positions.channel import Channel, Channels
-from . import correlation, estimators, resolution
-from .estimate import Estimate, EstimateWarning
-from .excitation import Excitation, Spectra
+from . import estimators, resolution
+from .estimate import Estimate, EstimateWarning, Excitation, Spectra
 from .recording import Recording, joined
 from .records import records
 
@@ -290,7 +289,7 @@ def _alike(spectra: Spectra, estimator: str, step: int) -> Iterator[str]:
     """Say so where repeats show more correlation of neighbouring lines than the windows give."""
     function = estimators.ESTIMATORS[estimator]
     correlated_lines = max(
-        correlation.correlated_lines(
+        estimators.correlated_lines(
             estimators.deviations(function, estimators.products(spectra.force, motion))
         )
         for motion in spectra.response

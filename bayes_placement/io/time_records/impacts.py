@@ -11,7 +11,7 @@ from ..._shared.errors import InputError
 from ..._shared.reprs import with_short_repr
 from ..._shared.sites import unit
 from . import overload
-from .excitation import Excitation, Spectra, lines
+from .estimate import Excitation, Spectra, lines
 from .hits import Hit, hit_per_record, over_trigger, second_hit
 from .records import FEWEST_SAMPLES, Records, Samples, positive
 

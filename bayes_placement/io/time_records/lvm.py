@@ -14,9 +14,8 @@ import numpy as np
 from ..._shared.errors import InputError, warn
 from .._gate import FileWarning
 from ..arrays.text import decimal_point, is_number, text_of, with_point
-from .clock import JITTER, check_starts, rate_of_times
+from .clock import JITTER, Sampled, check_starts, rate_of_times
 from .recording import same_rate
-from .sampled import Sampled
 
 _END = re.compile(r"^\*\*\*End_of_Header\*\*\*.*$", re.MULTILINE)
 _SPECIAL = re.compile(

@@ -9,8 +9,7 @@ import numpy as np
 from ...positions.channel import Channel
 from ..uff._datasets import FUNCTION, Dataset, MeasurementFileError
 from ..uff._datasets import load as datasets_of
-from .clock import check_starts, rate_of_times
-from .sampled import Sampled
+from .clock import Sampled, check_starts, rate_of_times
 
 TIME_RESPONSE = 1
 _TIME = 17  # data type of the abscissa

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.io import wavfile
 
 from ..._shared.errors import InputError
-from .sampled import Sampled
+from .clock import Sampled
 
 
 def load(path: Path, names: Iterable[str]) -> Sampled:

@@ -1,7 +1,7 @@
-"""Write a measurement as a universal file (datasets 164, 2411, and 58 or 58b)."""
+"""Write a measurement as a universal file (datasets 164, 2411, and 58 or 58b), with notes."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,7 +12,7 @@ from ..._shared.errors import InputError
 from ..._shared.files import write_atomically
 from ...experiment.measurement import Measurement
 from ...positions.channel import Channel, check_distinct
-from ._datasets import VARIANCE_NOTE
+from ._datasets import VARIANCE_NOTE, Dataset, MeasurementFileError
 from ._units import FORCE_TYPE, FREQUENCY_TYPE, stated_for
 
 _ID_WIDTH = 80
@@ -252,3 +252,42 @@ def _check_digits(frequency: np.ndarray) -> None:
             "universal file holds 7 digits of it; all are needed to find the line again. Write "
             "binary: uff.write(path, measurement, binary=True)."
         )
+
+
+def note_of(dataset: Dataset, line: str) -> dict[str, Any]:
+    """Return the note that `write` recorded in an ID line as JSON; empty for any other text."""
+    text = dataset.fields[line].strip()
+    try:
+        note = json.loads(text) if text.startswith("{") else {}
+    except (json.JSONDecodeError, RecursionError):
+        return {}  # other programs write any text there
+    _check_note(dataset, line, note)
+    return note
+
+
+def _check_note(dataset: Dataset, line: str, note: dict[str, Any]) -> None:
+    """Refuse a note that `write` does not make: a changed one names the wrong channels."""
+    for name, value in note.items():
+        if name in _NOTES and not _NOTES[name](value):
+            raise MeasurementFileError(
+                f"{dataset.place} records {name}={value!r} in {line.upper()}; the note that "
+                "io.uff.write makes has two names, a whole number of averages and a force above 0, "
+                "since it says what the format has no field for. Correct it or clear that line."
+            )
+
+
+def _are_names(value: Any) -> bool:
+    is_pair = isinstance(value, list) and len(value) == 2
+    return is_pair and all(isinstance(name, str) and name.strip() for name in value)
+
+
+def _is_force(value: Any) -> bool:
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return value is None or (is_number and 0 < value < np.inf)
+
+
+_NOTES: dict[str, Callable[[Any], bool]] = {
+    "names": _are_names,
+    "averages": lambda value: value is None or (type(value) is int and value >= 1),
+    "force_level": _is_force,
+}

@@ -10,13 +10,12 @@ import numpy as np
 from ..._shared.arguments import arguments_checked, check_kind
 from ...experiment.measurement import Channel, Measurement, Position
 from ...experiment.quantities import converted, frf_name
-from .._gate import check_plausible, path_of, reading
-from .._usable_lines import usable_lines
+from .._gate import check_plausible, path_of, reading, usable_lines
 from ._datasets import FUNCTION, VARIANCE_NOTE, Dataset, MeasurementFileError, described, load
 from ._datasets import left_out as _datasets_left_out
-from ._nodes import node_positions
-from ._notes import note_of
+from ._mesh import node_positions
 from ._units import FileUnits, check_abscissa, file_units, of_nodes, quantity_of, scale
+from ._write import note_of
 
 _GENERAL, _FRF, _COHERENCE = 0, 4, 6
 _DECADES = 1e40

@@ -11,7 +11,7 @@ from ..._shared.arguments import arguments_checked
 from ...modes.finite_elements.modal_model import ModalModel
 from .._gate import check_plausible, reading
 from ._datasets import DATA_AT_NODES, Dataset, MeasurementFileError, described, load
-from ._nodes import node_positions
+from ._mesh import node_positions
 from ._units import file_units, of_nodes
 
 _NORMAL_MODE, _DISPLACEMENT, _REAL = 2, 8, 2

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bayes_placement.io.time_records import correlation
+from bayes_placement.io.time_records import estimators
 
 LINES = 600
 
@@ -22,10 +22,10 @@ def test_it_is_the_sum_of_squared_correlations(repeats, weights):
     random, tests = np.random.default_rng(repeats), 30
     lagged = np.correlate(weights, weights, "full") / np.sum(np.square(weights))
     drawn = [errors(random, repeats, weights) for _ in range(tests)]
-    sums = [correlation.correlated_lines(each - each.mean(axis=0)) for each in drawn]
+    sums = [estimators.correlated_lines(each - each.mean(axis=0)) for each in drawn]
     assert np.mean(sums) == pytest.approx(np.sum(lagged**2), rel=0.02 + 5 * np.std(sums) / 30**0.5)
 
 
 def test_what_does_not_differ_and_few_lines_tell_nothing():
-    assert correlation.correlated_lines(np.zeros((4, 100), complex)) < 1.0
-    assert correlation.correlated_lines(np.ones((4, 5), complex)) == 1.0
+    assert estimators.correlated_lines(np.zeros((4, 100), complex)) < 1.0
+    assert estimators.correlated_lines(np.ones((4, 5), complex)) == 1.0
