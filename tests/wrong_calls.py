@@ -14,7 +14,7 @@ import numpyro.distributions as dist
 
 import bayes_placement as bp
 from bayes_placement._shared.errors import InputError
-from bayes_placement.effects.log_uniform_priors import negative_log_uniform
+from bayes_placement._shared.ranges import negative_log_uniform
 
 LINES = np.arange(100.0, 700.0, 50.0)
 MAP = bp.engines.MAP(starts=2, draws=5)

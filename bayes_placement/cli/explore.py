@@ -1,5 +1,6 @@
 """`bayes-placement explore`: the live page of a model and its measurement."""
 
+import itertools
 import webbrowser
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -11,14 +12,15 @@ from ..experiment.model_error import Embedded
 from ..explorer.opened import Given, opened
 from ..inference.engines import MAP
 from ..io._gate import files_read
-from ._explored_model import explored_model
 from ._inputs import Inputs, print_data_faults, read_both
 from ._lines import choose_lines
 from ._missing_effects import Request
 from ._posterior import infer_posterior, named_method
+from ._save import CompletedModel
 
 if TYPE_CHECKING:
     from ..explorer.live import LivePage
+
 
 Save = Callable[["LivePage"], Path]
 
@@ -138,3 +140,32 @@ def _report(inputs: Inputs, page: "LivePage") -> Path:
         run.tree(FINDINGS, of_check(posterior, misfit, model.experiment, inputs.measurement))
         run.verdict(misfit.verdict())
     return write_report(run.top)
+
+
+def explored_model(request: Request, suffix: str, page: "LivePage") -> Path:
+    """Write the model at hand beside the model, under a new name, and return its path.
+
+    Parameters
+    ----------
+    request
+        What the command was given.
+    suffix
+        `.py` for a model file, none for a case folder, which only a case folder can become.
+    page
+        The page.
+    """
+    session = page.session
+    given = session.states[0].model.experiment
+    known = {effect.name for effect in given.effects}
+    added = [effect for effect in session.model.experiment.effects if effect.name not in known]
+    values = {name: float(value) for name, value in session.model.values.items()}
+    path = _new_path(request.path, suffix)
+    model = CompletedModel(path, request.path, request.data, request.model_error)
+    model.write_effects(given, added, {}, values)
+    return path
+
+
+def _new_path(model: Path, suffix: str) -> Path:
+    """A file or folder beside the model that is not there yet."""
+    names = (f"{model.stem}_explored_{number}{suffix}" for number in itertools.count(1))
+    return next(path for path in (model.with_name(name) for name in names) if not path.exists())

@@ -26,8 +26,7 @@ from ..io.model import Study
 from ..plots import placement as plots
 from ._estimators import named_estimator
 from ._inputs import measured, read_study
-from ._placement_rules import costs, forbidden_regions
-from ._positions_to_try import positions_to_try
+from ._positions_to_try import costs, forbidden_regions, positions_to_try
 from ._run import Output, Run
 from ._terminal import Screen
 

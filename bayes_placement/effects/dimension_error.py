@@ -5,11 +5,10 @@ from typing import Any
 
 import equinox as eqx
 
-from .._shared.ranges import SIZE
+from .._shared.ranges import SIZE, log_uniform_of_either_sign
 from ..modes.beams.beams import UniformBar, UniformBeam
 from ..modes.beams.waveguide import Waveguide
 from ..modes.finite_elements.nodal_modes import NodalModes
-from .log_uniform_priors import log_uniform_of_either_sign
 from .prelude import GlobalChange, InputError, Instruments, Modes, Parameter, Scales, field, unit
 
 LEAST, GREATEST = 1e-4, 0.15

@@ -2,8 +2,7 @@
 
 import jax.numpy as jnp
 
-from .._shared.ranges import ANGLE, POSITIVE
-from .log_uniform_priors import log_uniform_of_either_sign
+from .._shared.ranges import ANGLE, POSITIVE, log_uniform_of_either_sign
 from .on_transducer import OnTransducer, channels, sides_that_differ
 from .prelude import Factor, Instruments, Number, Omega, Parameter, Scales, Uniform, field, unit
 

@@ -20,6 +20,8 @@ from .._shared.ranges import (
     SHARE_OF_CRITICAL,
     SIGNED_LOSS_FACTOR,
     SIZE,
+    log_uniform_of_either_sign,
+    negative_log_uniform,
 )
 from .._shared.sites import is_unknown, unit
 from ..laws import Dashpot, Law, LossySpring, Mass, Spring, Springpot
@@ -48,7 +50,6 @@ from .effect import (
 )
 from .instrument_effect import Factor, InstrumentEffect
 from .instruments import Instruments, Number
-from .log_uniform_priors import log_uniform_of_either_sign, negative_log_uniform
 from .on_rotation import Footprint, OnRotation, bending_scale, check_rotation
 from .on_transducer import OfSide, OnTransducer, channels, sides_that_differ
 from .scales import Scales

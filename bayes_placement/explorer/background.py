@@ -5,16 +5,80 @@ One worker does one thing after the other, so that a preview waits for a fit tha
 
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+import numpy as np
+
+from .._shared.errors import InputError
+from ..experiment.experiment import Experiment
 from ..page.frames import packed
 from .actions import ValuedModel
-from .band import Band, lines_within
-from .newest import Newest
 from .worker import Told, Worker
 
 if TYPE_CHECKING:
     from .live import LivePage
+
+
+Wanted = TypeVar("Wanted")
+
+
+class Newest(Generic[Wanted]):
+    """What is to be looked at, and what is.
+
+    Parameters
+    ----------
+    begin
+        Called with what is to be looked at.
+    """
+
+    def __init__(self, begin: Callable[[Wanted], None]):
+        self._begin = begin
+        self._waiting: list[Wanted] = []
+        self._looked: list[Wanted] = []
+
+    def choose(self, wanted: Wanted) -> None:
+        """Look at something once that before has been looked at."""
+        self._waiting = [wanted]
+        if not self._looked:
+            self._look()
+
+    def forget(self) -> None:
+        """Look at nothing more."""
+        self._waiting = []
+
+    def ended(self) -> tuple[Wanted, bool]:
+        """Return what was looked at, and whether nothing else was chosen meanwhile."""
+        (looked,), self._looked = self._looked, []
+        is_last = not self._waiting
+        if self._waiting:
+            self._look()
+        return looked, is_last
+
+    def _look(self) -> None:
+        self._looked, self._waiting = self._waiting, []
+        try:
+            self._begin(*self._looked)
+        except InputError:
+            self._looked = []
+            raise
+
+
+Band = tuple[float, float]
+"""Least and greatest frequency [Hz]."""
+
+
+def lines_within(experiment: Experiment, band: Band) -> np.ndarray:
+    """Return the numbers of the lines of a band, which must be more than the unknowns."""
+    frequency = np.asarray(experiment.frequency, dtype=float)
+    (lines,) = np.nonzero((frequency >= band[0]) & (frequency <= band[1]))
+    if lines.size <= len(experiment.unknowns):
+        raise InputError(
+            f"The band from {band[0]:.4g} to {band[1]:.4g} Hz was chosen, which has {lines.size} "
+            f"lines; more than {len(experiment.unknowns)} are needed, since the model has so many "
+            "unknowns: choose a wider one."
+        )
+    return lines
+
 
 FITTED = "fitted as given"
 """Name of the curves of the model as given, fitted."""

@@ -112,7 +112,7 @@ class Law(eqx.Module):
         return drawing(self)
 
     def _repr_latex_(self) -> str:
-        from .formula import formula
+        from .symbols import formula
 
         return rf"$\displaystyle Z = {formula(self)}$"
 

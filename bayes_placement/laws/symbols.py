@@ -1,4 +1,4 @@
-"""Symbols of the numbers of a network, and their values in words."""
+"""Symbols of the numbers of a network, their values in words, and its stiffness as a formula."""
 
 import dataclasses
 from collections import Counter
@@ -9,7 +9,7 @@ import pandas as pd
 
 from .._shared.reprs import in_words
 from .._shared.sites import stated_unit
-from .law import Element, Group, Law, Scaled
+from .law import Element, Group, Law, Parallel, Scaled, Series
 
 GREEK = {"alpha": "α", "eta": "η", "lambda": "λ"}  # noqa: RUF001
 """Letters of symbols that are written as words."""
@@ -93,3 +93,37 @@ def _of_owner(
         unit = stated_unit(field.metadata, owner)
         value = in_words(getattr(owner, field.name))
         yield Number(letter, numeral, field.name, value, "" if unit == "1" else unit)
+
+
+def formula(law: Law) -> str:
+    r"""LaTeX of the dynamic stiffness, with the symbols of `symbols.numbers`.
+
+    Examples
+    --------
+    >>> from bayes_placement.laws.symbols import formula
+    >>> print(formula(bp.effects.Spring(1e4) - bp.effects.Mass(0.1)))
+    \left(\frac{1}{k} + \frac{1}{-\omega^2 m}\right)^{-1}
+    """
+    return _formula(law, iter(numbers(law)))
+
+
+def _formula(law: Law, owned: Iterator[Owned]) -> str:
+    if isinstance(law, Series):
+        inverses = " + ".join(_inverse(_formula(part, owned)) for part in law.parts)
+        return rf"\left({inverses}\right)^{{-1}}"
+    if isinstance(law, Parallel):
+        return " + ".join(_formula(part, owned) for part in law.parts).replace("+ -", "- ")
+    symbols = [number.latex for number in next(owned)[1]]
+    if isinstance(law, Scaled):
+        return f"{symbols[0]} {_factor(law.law, _formula(law.law, owned))}"
+    return law.formula.format(*symbols)  # type: ignore[attr-defined]
+
+
+def _inverse(term: str) -> str:
+    return rf"\frac{{1}}{{{term}}}"
+
+
+def _factor(law: Law, term: str) -> str:
+    """Formula of a law as a factor: a sum, or what begins with a minus, stands in brackets."""
+    bare = not isinstance(law, Parallel) and not term.startswith("-")
+    return term if bare else rf"\left({term}\right)"

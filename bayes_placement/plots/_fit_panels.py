@@ -1,15 +1,25 @@
-"""Panels of measured outputs and those of fitted models, and of the errors between them."""
+"""Panels of measured outputs, of what models predict and of the errors between them."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
 from .._shared.labels import AS_DRAWN
+from ..criticism.missing.ledger import Ledger
 from ._colours import AFTER, BEFORE, DATA, FLOOR, INK
-from ._figures import channels, in_decibels, phase_axis, unbroken
+from ._figures import HALF_TURN, LOGARITHM, channels, in_decibels, phase_axis, unbroken
+
+Fits: TypeAlias = Ledger | Mapping[str, xr.Dataset]
+"""A ledger, or what its models predict by their names."""
+
+
+def fits_of(result: Fits) -> Mapping[str, xr.Dataset]:
+    """What models predict, by their names."""
+    return result.fits if isinstance(result, Ledger) else result
+
 
 DASHES = (0, (4, 2))
 """Style of the line of a model as drawn."""
@@ -93,3 +103,41 @@ def draw_error(panel: Axes, channel: xr.Dataset, name: str, color: str) -> None:
     label = channel["error"].attrs["units"]
     unit = "log10 of ratio]" if label.startswith("log10") else label.rpartition("[")[2]
     panel.set_ylabel(f"size of error\n[{unit}")
+
+
+POSTERIOR = AFTER
+"""Colour of posteriors."""
+
+SPARSE = 30
+"""Up to so many lines are marked one by one, since the curve between them is no measurement."""
+
+
+def draw_band(panel: Axes, channel: xr.Dataset, name: str) -> None:
+    """Draw mean and band, what was measured, and the reference."""
+    lines, low, high = (channel[variable].values for variable in ("frequency", "low", "high"))
+    label = f"{name}, 90 % band"
+    panel.fill_between(lines, low, high, color=POSTERIOR, alpha=0.3, label=label)
+    style = "-" if lines.size > SPARSE else ".-"
+    panel.plot(lines, channel["mean"], style, color=POSTERIOR, label=f"{name}, mean")
+    if "measured" in channel:
+        panel.plot(lines, channel["measured"], ".", color=DATA, label="measured")
+    if "reference" in channel:
+        panel.plot(lines, channel["reference"], color=DATA, label="as recorded", linewidth=1)
+
+
+def draw_phases(panel: Axes, channel: xr.Dataset) -> None:
+    """Draw mean and band of the phase, and what was measured."""
+    lines, mean, low, high = (channel[key].values for key in ("frequency", "mean", "low", "high"))
+    for shift in (-2 * HALF_TURN, 0.0, 2 * HALF_TURN):  # a band goes on at the other end
+        panel.fill_between(
+            lines, low + shift, high + shift, color=POSTERIOR, alpha=0.3, linewidth=0
+        )
+    panel.plot(lines, unbroken(mean), color=POSTERIOR)
+    if "measured" in channel:
+        panel.plot(lines, channel["measured"], ".", color=DATA)
+    phase_axis(panel)
+
+
+def unit_of_difference(unit: str) -> str:
+    """A difference of logarithms is that of a ratio."""
+    return "[dB]" if unit.startswith(LOGARITHM) else unit.rpartition(" ")[2]

@@ -15,7 +15,6 @@ from .._shared.errors import InputError
 from ..experiment.experiment import RESPONSE
 from ..inference.bands import labelled_amplitude, phase_band, predictive_band
 from ..inference.report import check_result
-from ._band_panels import POSTERIOR, draw_band, draw_phases, unit_of_difference
 from ._colours import DATA
 from ._figures import (
     channel_panels,
@@ -26,6 +25,7 @@ from ._figures import (
     panels,
     share_frequency,
 )
+from ._fit_panels import POSTERIOR, draw_band, draw_phases, unit_of_difference
 from ._marginal_panels import (
     PRIOR,
     abreast,

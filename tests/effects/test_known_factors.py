@@ -5,7 +5,7 @@ import math
 import pytest
 
 from bayes_placement import effects
-from bayes_placement.effects.known_factors import known_factor
+from bayes_placement.effects.gain_error import known_factor
 
 
 @pytest.mark.parametrize(

@@ -10,11 +10,7 @@ from scipy.stats import norm
 import bayes_placement as bp
 from bayes_placement import effects
 from bayes_placement._shared.compiled import compiled
-from bayes_placement._shared.ranges import reach
-from bayes_placement.effects.log_uniform_priors import (
-    log_uniform_of_either_sign,
-    negative_log_uniform,
-)
+from bayes_placement._shared.ranges import log_uniform_of_either_sign, negative_log_uniform, reach
 from bayes_placement.inference.coordinates import Coordinates
 from tests.criticism import small
 from tests.effects import models_in_space

@@ -1,8 +1,9 @@
-"""Chunks that are shared among processes; each result is stored as soon as it arrives."""
+"""Chunks that are shared among processes, and finished ones in a folder."""
 
 from collections.abc import Generator, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
+from importlib.metadata import version
 from pathlib import Path
 from typing import TypeAlias
 
@@ -11,8 +12,45 @@ import numpy as np
 from ..._shared.errors import InputError
 from ..._shared.parts import done_by, shared_in_any_order
 from ..._shared.progress import Progress
-from ._store import Store
+from ...experiment.array_store import ArrayStore
+from ...experiment.content_hash import content_hash
 from .chunks import Chunk, compute, compute_packed
+
+VERSION = version("bayes_placement")
+"""Part of the name of each file, since results of another version may differ."""
+
+GAIN, JACKKNIFE = "information_gain", "information_gain_jackknife"
+
+
+class Store:
+    """A folder with a file for each finished chunk, see `ArrayStore`.
+
+    Parameters
+    ----------
+    folder
+        The folder, made if it does not exist; None stores nothing.
+    """
+
+    def __init__(self, folder: str | Path | None):
+        self._files = None if folder is None else ArrayStore(folder)
+
+    def read(self, chunk: Chunk) -> np.ndarray | None:
+        """Information gain of a chunk; None if it is missing or, with a warning, damaged."""
+        arrays = None if self._files is None else self._files.read(_key(chunk))
+        return None if arrays is None else np.column_stack([arrays[GAIN], arrays[JACKKNIFE]])
+
+    def write(self, chunk: Chunk, gain: np.ndarray) -> None:
+        """Store the information gain of a chunk [cell, 1 + replicate]."""
+        if self._files is None:
+            return
+        settings = np.array(str(chunk.task.settings()))
+        gains = {GAIN: gain[:, 0], JACKKNIFE: gain[:, 1:]}
+        self._files.write(_key(chunk), gains | {"settings": settings} | chunk.recorded())
+
+
+def _key(chunk: Chunk) -> str:
+    return content_hash(VERSION, chunk.content())
+
 
 Computed: TypeAlias = tuple[Chunk, np.ndarray]
 

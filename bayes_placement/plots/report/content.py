@@ -10,6 +10,8 @@ import pandas as pd
 
 from ..._shared.errors import InputError
 from ..._shared.files import write_csv
+from ...inference.summary import INTERVAL
+from ...inference.units import decimals
 from ._svg import checked_svg
 
 Cell: TypeAlias = str | float | int | None
@@ -266,3 +268,16 @@ def _cell(value: Any) -> Cell:
     if isinstance(value, float | np.floating):
         return float(value) if np.isfinite(value) else None
     return None if value is None else str(value)
+
+
+def rounded(value: float, spread: float) -> float:
+    """Round a number to the second digit of its standard deviation; as it is where that is zero."""
+    return round(value, decimals(spread)) if np.isfinite(spread) and spread > 0 else value
+
+
+def rounded_summary(draws: np.ndarray) -> tuple[float, float, float, float]:
+    """Mean, standard deviation and both ends of the 95 % interval of draws, rounded."""
+    spread = float(draws.std())
+    numbers = (draws.mean(), *np.quantile(draws, INTERVAL))
+    mean, low, high = (rounded(float(number), spread) for number in numbers)
+    return mean, float(f"{spread:.2g}"), low, high

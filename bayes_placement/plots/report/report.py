@@ -14,8 +14,7 @@ from ..._shared.arguments import check_fields, check_kind, shown
 from ..._shared.errors import InputError
 from ..._shared.files import write_atomically
 from ..._shared.reprs import with_short_repr
-from ._photo import checked_photo
-from ._svg import checked_svg, svg_of
+from ._svg import checked_photo, checked_svg, svg_of
 from .content import Content, Drawing, Item, Table, Text, tags_of
 
 FORMAT = "bayes_placement report 1"

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from ..._shared.arguments import arguments_checked
-from ._photo import embedded
 from ._saved import Saved, runs, saved, states
 from ._style import look
+from ._svg import embedded
 from .content import Item, Text
 from .report import WARNINGS, Chapter, Report, json_of
 from .sections import (

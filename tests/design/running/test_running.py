@@ -20,7 +20,7 @@ from bayes_placement._shared import parts as _parts
 from bayes_placement._shared import processes as _processes
 from bayes_placement._shared.executors import WorkerProcesses
 from bayes_placement.design.information.estimator import Estimator
-from bayes_placement.design.running import _dispatch, _store
+from bayes_placement.design.running import _dispatch
 from bayes_placement.design.running import chunks as chunking
 from bayes_placement.experiment.content_hash import content_hash
 from bayes_placement.io.model import read
@@ -155,7 +155,7 @@ def test_a_file_that_may_not_be_read_is_an_error(store, monkeypatch):
     def refuse(path):
         raise PermissionError(13, "Permission denied", str(path))
 
-    monkeypatch.setattr(_store.Path, "read_bytes", refuse)
+    monkeypatch.setattr(_dispatch.Path, "read_bytes", refuse)
     with pytest.raises(PermissionError, match="Permission denied"):
         computed(store=store)
 
@@ -167,8 +167,8 @@ def test_two_runs_may_write_one_file_at_once(tmp_path):
 
     def write():
         for _ in range(10):
-            _store.Store(tmp_path).write(chunk, result)
-            results.append(_store.Store(tmp_path).read(chunk))
+            _dispatch.Store(tmp_path).write(chunk, result)
+            results.append(_dispatch.Store(tmp_path).read(chunk))
 
     threads = [threading.Thread(target=write) for _ in range(2)]
     for thread in threads:
@@ -196,7 +196,7 @@ def test_names_are_the_same_in_any_process(processes):
 
 
 def test_each_that_determines_a_result_is_in_its_name(monkeypatch):
-    name = _store._key
+    name = _dispatch._key
     first, *further = small_maps.chunks()
     places = {"s1": small_maps.PLACES["s1"][:3], "a1": small_maps.PLACES["a1"]}
     (pair, *_), variants = small_maps.chunks(size=2), further
@@ -213,7 +213,7 @@ def test_each_that_determines_a_result_is_in_its_name(monkeypatch):
     names = {name(variant) for variant in [first, *variants]}
     assert len(names) == 1 + len(variants)
     assert name(small_maps.chunks()[0]) in names
-    monkeypatch.setattr(_store, "VERSION", "0.0.0")
+    monkeypatch.setattr(_dispatch, "VERSION", "0.0.0")
     assert name(first) not in names
 
 

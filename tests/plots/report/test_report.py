@@ -22,8 +22,8 @@ from bayes_placement.page import standalone
 from bayes_placement.page.frames import packed
 from bayes_placement.page.standalone import kept_frames
 from bayes_placement.plots.report import Report
-from bayes_placement.plots.report._photo import embedded
 from bayes_placement.plots.report._style import thinned
+from bayes_placement.plots.report._svg import embedded
 from bayes_placement.plots.report.content import Interactive, Item, MovingShapes, Table, Text
 from bayes_placement.plots.report.report import Chapter
 

@@ -9,8 +9,7 @@ import xarray as xr
 from ...._shared.labels import FORCE_LEVEL
 from ....page.frames import packed
 from ....page.standalone import kept_frames
-from .._placed_items import name_of, placed_items
-from .._saved import Saved
+from .._saved import Saved, name_of, placed_items
 from ..content import Interactive, Item
 from ..report import RESPONSES
 from .responses import flat

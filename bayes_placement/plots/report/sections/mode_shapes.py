@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .._placed_items import name_of, placed_items
-from .._saved import Saved
+from .._saved import Saved, name_of, placed_items
 from ..content import Item, MovingShapes, Table
 from ..report import SHAPES
 

@@ -9,12 +9,10 @@ import xarray as xr
 from ..._colours import AFTER, DATA, FLOOR, INK
 from ..._instruments import few, near_each_other
 from ..._marginal_panels import draw_interval
-from .._placed_items import name_of, placed_items
 from .._projection import Projection, draw_outline
-from .._saved import Saved
+from .._saved import Saved, name_of, placed_items
 from .._style import drawing, legend, panels
-from .._units import rounded_summary
-from ..content import Drawing, Item, Table
+from ..content import Drawing, Item, Table, rounded_summary
 from ..report import PLACES
 
 DEVIATIONS = 2.45

@@ -11,8 +11,7 @@ from ..._colours import AFTER, FLOOR
 from ..._unknowns import ScaledUnknown, unknowns
 from .._saved import Saved
 from .._style import drawing, legend, panels
-from .._units import rounded_summary
-from ..content import Item, Table, Text
+from ..content import Item, Table, Text, rounded_summary
 from ..report import UNKNOWNS
 
 COLUMNS, MOST_PANELS = 3, 24

@@ -6,8 +6,7 @@ from typing import Any
 
 from ....inference.units import readable
 from .._saved import Saved
-from .._units import rounded
-from ..content import Cell, Item, Table, Text
+from ..content import Cell, Item, Table, Text, rounded
 from ..report import ERROR, NEXT, SUSPICION, UNKNOWNS, VERDICT
 
 _TABLES = {
