@@ -76,16 +76,8 @@ class Compiled(Generic[Result]):
 class Bound(Generic[Result]):
     """Compiled form of a function whose first arguments are given.
 
-    Parameters
-    ----------
-    function
-        The function.
-    trees
-        Its first arguments.
-    effort
-        How much the compiler tries; None for its default.
-    is_long
-        Whether it computes with long arrays.
+    `effort` is how much the compiler tries, None for its default; `is_long` whether it computes
+    with long arrays.
     """
 
     def __init__(

@@ -66,11 +66,6 @@ class WorkerProcesses(Executor):
 
     They are spawned: a process that is forked while JAX runs hangs. They end with the process that
     started them, also if that is killed.
-
-    Parameters
-    ----------
-    count
-        Number of processes.
     """
 
     def __init__(self, count: int):

@@ -28,10 +28,7 @@ def write_atomically(path: str | Path, write: Callable[[Path], object]) -> Path:
     Temporary files of processes that were killed are deleted. Its folder is made. The temporary
     file has the same suffix.
 
-    Raises
-    ------
-    WritingError
-        If the system does not let it be written: the disk is full, or the folder read-only.
+    A `WritingError` says that the disk is full, or the folder read-only.
     """
     target = Path(path)
     try:

@@ -75,15 +75,7 @@ class Unknown(NamedTuple):
 
 
 class Leaf(NamedTuple):
-    """A number or a distribution in a tree.
-
-    Parameters
-    ----------
-    owner, field, name, unit, within
-        As of an `Unknown`.
-    value
-        The number or the distribution.
-    """
+    """A number or a distribution in a tree; all but its value is as of an `Unknown`."""
 
     owner: Owner
     field: str

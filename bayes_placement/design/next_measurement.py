@@ -39,19 +39,8 @@ def next_measurement(
     That is where the explanations that are left are told apart best (`Separation`). All other
     instruments stay where they are.
 
-    Parameters
-    ----------
-    experiment
-        The experiment with the effects that were found.
-    measurement
-        What was measured, which tells the noise of the next one.
-    alternatives
-        Explanations that are left, the one that is reported first.
-
-    Returns
-    -------
-    dict
-        `sentence`, and the places with their expected gain: `columns`, `rows` and a `caption`.
+    The experiment has the effects that were found; the alternative reported first comes first. The
+    result is a `sentence`, and the places with their expected gain: `columns`, `rows`, a `caption`.
     """
     if len(alternatives) < 2:
         words = "Only one explanation is left, so a next measurement has nothing to decide"

@@ -20,11 +20,6 @@ class ArrayStore:
     Each file holds its name too, so that one that was copied under another is not believed.
     Files are complete or absent: a run that is killed leaves at most a temporary file, which is
     never read, and two runs may share a folder.
-
-    Parameters
-    ----------
-    folder
-        The folder, made if it does not exist.
     """
 
     def __init__(self, folder: str | Path):

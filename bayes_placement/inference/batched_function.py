@@ -18,11 +18,8 @@ BATCH = 8
 class BatchedFunction:
     """A function of batches of points, at any number of them.
 
-    Parameters
-    ----------
-    function
-        From points [BATCH, unknown] and further arguments to arrays [BATCH, ...]. It is compiled at
-        its first call.
+    It maps points [BATCH, unknown] and further arguments to arrays [BATCH, ...], and is compiled at
+    its first call.
     """
 
     def __init__(self, function: Callable[..., tuple[Any, ...]]):

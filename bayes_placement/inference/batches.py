@@ -52,15 +52,7 @@ class Form:
 
 @jax.tree_util.register_pytree_node_class
 class Batch:
-    """Numbers of a batch of experiments, by point, and their form.
-
-    Parameters
-    ----------
-    numbers
-        Arrays [point, ...]; their shapes alone, where it is only traced.
-    form
-        The form.
-    """
+    """Numbers of experiments [point, ...], and their form; shapes alone where traced."""
 
     def __init__(self, numbers: Sequence[Any], form: Form):
         self.numbers = list(numbers)

@@ -18,13 +18,7 @@ _SPREAD_DRAWS = 256
 
 
 class Chi2:
-    """Chi2 of any group of residuals at the posterior mean response.
-
-    Parameters
-    ----------
-    data
-        Measured and predicted outputs.
-    """
+    """Chi2 of any group of residuals at the posterior mean response."""
 
     def __init__(self, data: Residuals) -> None:
         self.data = data

@@ -31,14 +31,9 @@ Vector = Float[Array, "unknown"]
 
 
 class Coordinates:
-    """Map between the values of unknowns by name and a vector of coordinates.
+    """Map between the values of independent unknowns by name and a vector of coordinates.
 
-    Parameters
-    ----------
-    priors
-        Prior of each unknown by name; the unknowns are independent.
-    standard_normal
-        Whether the prior of every coordinate must be standard normal.
+    The prior of every coordinate may have to be standard normal.
     """
 
     def __init__(self, priors: Mapping[str, Distribution], *, standard_normal: bool = True):

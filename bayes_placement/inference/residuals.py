@@ -28,29 +28,18 @@ from .residuals_of_state import (
 
 
 class Problem:
-    """Least squares of an experiment against data.
+    """Least squares of an experiment with Gaussian noise against data.
 
-    Parameters
-    ----------
-    experiment
-        Experiment with Gaussian noise.
-    data
-        Measured outputs.
-    standard_normal
-        Whether the prior has to be standard normal in the coordinates.
-    sizes
-        Sizes of the model error by name, where they are unknown: their joint mode with the errors
-        means nothing, so that they are no coordinates but numbers. By default the medians of their
-        priors.
-    baseline
-        An earlier state of the same structure: all unknowns that it has are those of the
-        experiment, with the same values. Its data are fitted with those of the experiment.
-    effort
-        How much the compiler tries, see `Compiled.bound`. By default more where a model error
-        makes evaluations take longer than compiling.
-    further
-        Further earlier states, the same way. An unknown of theirs that the experiment does not have
-        must be one of their own.
+    `standard_normal` asks for such priors in the coordinates. `sizes` are those of the model error
+    by name, where they are unknown: their joint mode with the errors means nothing, so that they
+    are no coordinates but numbers, by default the medians of their priors.
+
+    `baseline` is an earlier state of the same structure: all unknowns that it has are those of the
+    experiment, with the same values, and its data are fitted too. `further` are more of these; an
+    unknown of theirs that the experiment does not have must be one of their own.
+
+    `effort` is how much the compiler tries, see `Compiled.bound`: by default more where a model
+    error makes evaluations take longer than compiling.
     """
 
     def __init__(

@@ -36,16 +36,7 @@ class State(NamedTuple):
 class ResidualsOfState:
     """Compiled residuals of one state, at points in the coordinates of a problem.
 
-    Parameters
-    ----------
-    state
-        The state, its model error of known sizes.
-    number
-        Its number among the states of the problem.
-    coordinates
-        Coordinates of the problem.
-    effort
-        How much the compiler tries.
+    Sizes of its model error are known; `effort` is how much the compiler tries.
     """
 
     def __init__(self, state: State, number: int, coordinates: Coordinates, effort: int):

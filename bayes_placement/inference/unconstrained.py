@@ -35,19 +35,10 @@ class UnconstrainedModel(eqx.Module):
     It is a tree: models of one structure with other numbers share compiled functions, where the
     model, the moves and what tells of least squares are trees as well.
 
-    Parameters
-    ----------
-    model
-        The model; whatever it observes makes the likelihood.
-    priors
-        Prior of each of its unknowns, by site name, independent of each other.
-    moves
-        Maps of named values that may lead to an equally good explanation; each keeps volume and
-        is its own inverse.
-    least_squares
-        Called for the likelihood as a problem of least squares, None where it is none.
-    hierarchy
-        Called for the same where errors have unknown sizes, None where none have.
+    Whatever the model observes makes the likelihood; unknowns are independent. Moves are maps of
+    named values that may lead to an equally good explanation; each keeps volume and is its own
+    inverse. `least_squares` is called for the likelihood as such a problem, `hierarchy` for the
+    same where errors have unknown sizes; None where there is none.
     """
 
     model: Callable[[], None]

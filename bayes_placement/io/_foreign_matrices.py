@@ -22,24 +22,9 @@ def in_si(
     length_unit: float,
     mass_unit: float,
 ) -> SystemMatrices:
-    """Turn matrices into SI and check them.
+    """Turn matrices, `stiffness` and `mass` on the same rows, into SI and check them.
 
-    Parameters
-    ----------
-    path
-        The file, for messages.
-    matrices
-        `stiffness` and `mass`, on the same degrees of freedom.
-    dof
-        Node and direction of each row.
-    length_unit, mass_unit
-        What one unit of the file is in m and in kg; time is in s.
-
-    Raises
-    ------
-    InputError
-        If a row is no translation or rotation, a unit is not positive, a row has neither stiffness
-        nor mass, or the matrices are not those of an undamped structure.
+    Units are what one of the file is in m and in kg; time is in s.
     """
     for name, unit in (("length_unit", length_unit), ("mass_unit", mass_unit)):
         if finite_number(name, unit, f"{name}=1e-3") <= 0:

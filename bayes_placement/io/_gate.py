@@ -53,22 +53,9 @@ def _note(path: Path) -> None:
 def reading(path: Path, contents: str, remedy: str, *, is_timed: bool = True) -> Iterator[None]:
     """Turn what goes wrong while a file is read into an error that names the file.
 
-    Parameters
-    ----------
-    path
-        The file.
-    contents
-        What it is read as, such as `a universal file`.
-    remedy
-        What to do, a sentence.
-    is_timed
-        Whether it is reading alone that is done meanwhile; modes of a structure may take long.
-
-    Raises
-    ------
-    InputError
-        In the place of any error of a library. Errors of this package keep their type, and so do
-        its warnings that a caller makes errors.
+    `contents` is what it is read as, such as `a universal file`, and `remedy` a sentence. Errors of
+    this package keep their type, and so do its warnings that a caller makes errors. Modes of a
+    structure may take long: they are not timed.
     """
     try:
         with time_limit(path) if is_timed else nullcontext():
@@ -95,13 +82,7 @@ def _brief(words: str) -> str:
 
 
 def path_of(path: Any) -> Path:
-    """Return a path.
-
-    Raises
-    ------
-    InputError
-        If something else was given.
-    """
+    """Return a path, and refuse all else."""
     needed = "the path of a file or folder is needed, since it is read from there"
     check_kind("path", path, (str, Path), needed, 'path="measured.uff"')
     if "\0" in str(path):
@@ -110,15 +91,7 @@ def path_of(path: Any) -> Path:
 
 
 def existing(path: Path, contents: str) -> Path:
-    """Return the path of a file.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    InputError
-        If it is larger than what is read into memory.
-    """
+    """Return the path of a file that is there, and no larger than what is read into memory."""
     if path.is_dir():
         raise FileNotFoundError(
             f"{path} is a folder; {contents} is needed, since one file is read. Name the one in "
@@ -136,13 +109,7 @@ def existing(path: Path, contents: str) -> Path:
 
 
 def check_plausible(path: Path, /, **arrays: Any) -> None:
-    """Refuse numbers that are not finite, or larger than any quantity in SI.
-
-    Raises
-    ------
-    InputError
-        If there is one.
-    """
+    """Refuse numbers that are not finite, or larger than any quantity in SI."""
     for name, values in arrays.items():
         array = np.asarray(values)
         if array.dtype.kind not in "fc" or not array.size or _within(array):
@@ -210,16 +177,7 @@ def usable_lines(
 ) -> Bool[np.ndarray, "frequency"]:
     """Tell which lines are read, and warn of the others.
 
-    Parameters
-    ----------
-    path
-        The file, for the warning.
-    frequency
-        Frequencies [Hz].
-    frf
-        FRFs, NaN for pairs that were not measured.
-    coherence
-        Their coherence [1], NaN for pairs where unknown; None where there is none.
+    FRFs are NaN for pairs that were not measured, their coherence where it is unknown.
     """
     measured = ~np.isnan(frf).all(axis=-1, keepdims=True)
     wrong = measured & ~np.isfinite(frf)

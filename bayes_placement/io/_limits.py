@@ -84,15 +84,7 @@ def _times() -> int:
 
 
 def check_limit(what: str, count: int) -> None:
-    """Refuse more than is read of a file.
-
-    Parameters
-    ----------
-    what
-        One of `LIMITS`.
-    count
-        How many there are, or at least.
-    """
+    """Refuse more than is read of a file: one of `LIMITS`, of which there are at least so many."""
     if count > most(what):
         raise InputError(
             f"it has {count} {what} or more; at most {most(what)} are read, since a small file may "

@@ -19,15 +19,7 @@ NAMES = {"stiffness": r"k\d*|k_?[a-z]{1,3}|stiff\w*", "mass": r"m\d*|m_?[a-z]{1,
 
 
 def matrix(path: Path, role: str) -> scipy.sparse.csc_array:
-    """Return the matrix of a role: the only one in the file, or the only one of such a name.
-
-    Parameters
-    ----------
-    path
-        The file.
-    role
-        `stiffness` or `mass`, or else the only matrix of the file.
-    """
+    """Return `stiffness` or `mass`: the only matrix in the file, or of such a name."""
     square = {n: m for n, m in _matrices(path).items() if m.ndim == 2 and m.shape[0] == m.shape[1]}
     square = {name: values for name, values in square.items() if values.shape[0] > 1}
     named = [name for name in square if re.fullmatch(NAMES.get(role, ""), _last(name))]

@@ -11,18 +11,8 @@ from .._shared.errors import InputError
 class MeshContents(NamedTuple):
     """Nodes and elements of a file, in its unit.
 
-    Parameters
-    ----------
-    node
-        Numbers of the nodes; None where they are counted from 1.
-    points
-        Coordinates (node, axis).
-    elements
-        Rows of their nodes, from 0, by meshio's name of a type.
-    node_sets
-        Rows of nodes, from 0, by name.
-    complaints
-        What was left out, a sentence.
+    Numbers of nodes are None where they are counted from 1. Elements, by meshio's name of a type,
+    and node sets hold rows of nodes, from 0. `complaints` says what was left out.
     """
 
     node: np.ndarray | None
@@ -35,17 +25,7 @@ class MeshContents(NamedTuple):
 def of_numbers(
     node: Any, points: Any, elements: Iterable[tuple[str, list[int]]], skipped: Iterable[str]
 ) -> MeshContents:
-    """Make contents of elements that name their nodes by number.
-
-    Parameters
-    ----------
-    node, points
-        Numbers and coordinates of the nodes.
-    elements
-        Type and numbers of the nodes of each.
-    skipped
-        Kinds of elements that were left out.
-    """
+    """Make contents of elements that name nodes by number; skipped kinds are told."""
     numbers = np.array(node, dtype=np.int64)
     row = {number: place for place, number in enumerate(numbers.tolist())}
     if len(row) < len(numbers):

@@ -37,17 +37,8 @@ ENDS = ("_exit", "abort", "execv", "execve")
 def guarded(path: Path) -> Iterator[None]:
     """Run a model file so that it leaves the program as it was.
 
-    The folder, standard output and error, filters of warnings and errors of NumPy are as before.
-
-    Parameters
-    ----------
-    path
-        The file, for messages.
-
-    Raises
-    ------
-    InputError
-        If it ends the program, or changes a setting of JAX that changes numbers.
+    The folder, standard output and error, filters of warnings and errors of NumPy are as before. A
+    model that ends the program, or changes a setting of JAX that changes numbers, is refused.
     """
     before = _settings()
     streams = redirect_stdout(sys.stdout), redirect_stderr(sys.stderr)

@@ -21,20 +21,8 @@ _KINDS = "biufcSU"  # numbers and texts; objects are pickles
 class NpzArchive:
     """An .npz file: named arrays, read one at a time.
 
-    Parameters
-    ----------
-    path
-        The file.
-    contents
-        What it should hold, for the errors.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    InputError
-        If it is no archive of arrays, or one of its members is packed in another way than NumPy
-        packs, is encrypted, occurs twice or announces more bytes than it can hold.
+    Refused is what is no archive of arrays, and a member that is packed in another way than NumPy
+    packs, is encrypted, occurs twice or announces more bytes than it can hold.
     """
 
     def __init__(self, path: Path, contents: str):
@@ -48,13 +36,7 @@ class NpzArchive:
         return list(self._members)
 
     def array(self, name: str) -> np.ndarray:
-        """Read an array.
-
-        Raises
-        ------
-        InputError
-            If it is no array of numbers or text, or has other bytes than it announces.
-        """
+        """Read an array of numbers or text that has as many bytes as it announces."""
         try:
             with zipfile.ZipFile(self.path) as archive, archive.open(self._members[name]) as stream:
                 return array_in(stream, self._members[name].file_size)
@@ -104,15 +86,7 @@ def _fault(member: zipfile.ZipInfo) -> str:
 
 
 def array_in(stream: Any, size: int) -> np.ndarray:
-    """Read the array of a .npy file, once its header and its bytes agree.
-
-    Parameters
-    ----------
-    stream
-        The file.
-    size
-        Its bytes.
-    """
+    """Read the array of a .npy file of so many bytes, once its header agrees with them."""
     version = npy.read_magic(stream)
     read_header = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
     if version not in read_header:

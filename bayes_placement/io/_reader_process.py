@@ -47,26 +47,11 @@ class ReaderResult(NamedTuple):
 def run(
     script: Path, path: Path, library: ReaderLibrary | None = None, **settings: Any
 ) -> ReaderResult:
-    """Read a file by `read(path)` of a script, whose time and memory are limited.
+    """Read a file by `read(path, **settings)` of a script, whose time and memory are limited.
 
-    Parameters
-    ----------
-    script
-        Defines `read`, which returns arrays by name and metadata that JSON can hold. Nothing of
-        this package is imported there.
-    path
-        The file.
-    library
-        What the script needs and this package does not.
-    **settings
-        Further arguments of `read`.
-
-    Raises
-    ------
-    MissingExtraError
-        If the library is not installed, or what it needs for a format.
-    UnreadableError
-        If the process ends otherwise than with a result; `reading` makes a sentence of it.
+    It returns arrays by name and metadata that JSON can hold; nothing of this package is imported
+    there. `library` is what it needs and this package does not. A process that ends otherwise than
+    with a result raises UnreadableError, of which `reading` makes a sentence.
     """
     if library is not None and not is_installed(library.name):
         raise _missing(path, library.name, f'"bayes_placement[{library.extra}]"')

@@ -44,16 +44,9 @@ Slopes = Complex[np.ndarray, "row coordinate frequency"]
 
 
 class NetworkRows:
-    """Networks as arrays, with priors about one size.
+    """Networks of at most three elements as arrays, with priors about one size.
 
-    Parameters
-    ----------
-    trees
-        Networks of at most three elements.
-    size
-        Median of the dynamic stiffness of an element in the middle of the band [N/m].
-    middle
-        Angular frequency in the middle of the band [rad/s].
+    The size [N/m] is the median stiffness of an element at the middle [rad/s] of the band.
     """
 
     def __init__(self, trees: Sequence[Tree], size: float, middle: float):

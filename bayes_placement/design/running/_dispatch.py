@@ -23,13 +23,7 @@ GAIN, JACKKNIFE = "information_gain", "information_gain_jackknife"
 
 
 class Store:
-    """A folder with a file for each finished chunk, see `ArrayStore`.
-
-    Parameters
-    ----------
-    folder
-        The folder, made if it does not exist; None stores nothing.
-    """
+    """A folder with a file for each finished chunk, made if need be; None stores nothing."""
 
     def __init__(self, folder: str | Path | None):
         self._files = None if folder is None else ArrayStore(folder)

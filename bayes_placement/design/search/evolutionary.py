@@ -148,14 +148,8 @@ def _losses(gain: np.ndarray) -> np.ndarray:
 class _Starts:
     """Starting points of populations: the best scattered placements far from all earlier ones.
 
-    Parameters
-    ----------
-    even
-        Shares of the placements that were scattered evenly [placement, side].
-    gain
-        Their information gain [placement] [nat].
-    random
-        Random numbers.
+    `even` are shares of placements that were scattered evenly [placement, side], `gain` their
+    information gain [nat].
     """
 
     def __init__(self, even: np.ndarray, gain: np.ndarray, random: np.random.Generator):

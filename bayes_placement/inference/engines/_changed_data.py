@@ -14,15 +14,7 @@ from jaxtyping import Bool, Int
 
 
 class Changed(NamedTuple):
-    """What is changed by sets of unknowns.
-
-    Parameters
-    ----------
-    data
-        Whether each set changes each datum.
-    noise
-        Whether it changes the level of the noise.
-    """
+    """Whether each set of unknowns changes each datum, and the level of the noise."""
 
     data: Bool[np.ndarray, "set datum"]
     noise: Bool[np.ndarray, "set"]
@@ -32,15 +24,7 @@ Probe = Callable[[Bool[np.ndarray, "set unknown"]], Changed]
 
 
 def changed_data(probe: Probe, alike: Int[np.ndarray, "unknown"]) -> Changed:
-    """Return what each unknown changes.
-
-    Parameters
-    ----------
-    probe
-        Says what sets of unknowns change.
-    alike
-        A number for each unknown: those that have the same one may change different data.
-    """
+    """Return what each unknown changes; those that are `alike` may change different data."""
     unknown = np.eye(len(alike), dtype=bool)
     groups = [np.flatnonzero(alike == number) for number in np.unique(alike)]
     several = [group for group in groups if 0 < 2 * len(_bits(len(group))) < len(group)]

@@ -56,23 +56,13 @@ class Jacobian(NamedTuple):
 class LeastSquares:
     """Minus log likelihood as half a sum of squares and the logs of standard deviations.
 
-    Parameters
-    ----------
-    evaluate
-        From points [point, unknown], and whether residuals are logarithmic, to residuals over
-        their standard deviations [point, datum] and the sum of the logs of these [point]. A
-        logarithmic residual compares logarithms of complex numbers: far from the solution it
-        still points to it, where resonances that do not overlap leave the plain residual flat.
-    dimension
-        Number of unknowns.
-    count
-        Number of data.
-    traced
-        The same, to be called in compiled functions: a tree, so that one such function serves all
-        problems of one form. By default the first.
-    alike
-        A number for each unknown: those that have the same one may change different data. By
-        default each has its own.
+    `evaluate` maps points [point, unknown], and whether residuals are logarithmic, to residuals
+    over their standard deviations [point, datum] and the sum of the logs of these [point]. A
+    logarithmic residual compares logarithms of complex numbers: far from the solution it still
+    points to it, where resonances that do not overlap leave the plain residual flat.
+
+    `traced` is the same for compiled functions: a tree, so that one such function serves all
+    problems of one form. Unknowns that have one number in `alike` may change different data.
     """
 
     def __init__(

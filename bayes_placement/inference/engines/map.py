@@ -228,15 +228,7 @@ def _objectives(posterior: PosteriorDensity) -> tuple[Objective, Objective]:
 
 
 class _Smooth:
-    """A function of the flat vector with its derivatives, at points.
-
-    Parameters
-    ----------
-    posterior
-        The posterior.
-    function
-        The function.
-    """
+    """A function of the flat vector with its derivatives, at points."""
 
     def __init__(self, posterior: PosteriorDensity, function: Cost):
         self._value = compiled(_value).bound(function, posterior)

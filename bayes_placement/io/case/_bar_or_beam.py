@@ -71,20 +71,10 @@ _UNCERTAIN = {
 
 
 class BarOrBeam(NamedTuple):
-    """The nominal bar or beam of a case.
+    """The nominal bar or beam of a case, of a length [m], that moves in direction 1 or 3.
 
-    Parameters
-    ----------
-    fields
-        The object `structure` in `case.json`.
-    length
-        Length [m].
-    direction
-        Direction in which it moves: 1 or 3.
-    build
-        Makes its modes of their number, a modulus and a density.
-    springs
-        The objects of its suspension.
+    `build` makes its modes of their number, a modulus and a density; `springs` are the objects of
+    its suspension.
     """
 
     fields: JsonObject

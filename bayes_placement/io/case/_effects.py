@@ -59,15 +59,9 @@ def _network(experiment: Experiment, stated: JsonObject, kind: str) -> Effect:
 
 
 def stated_effects(experiment: Experiment, effects: Sequence[Effect]) -> list[dict[str, Any]]:
-    """Return effects as a case states them.
+    """Return effects, in the order in which they are added to an experiment, as a case states them.
 
-    Parameters
-    ----------
-    experiment
-        The experiment without them.
-    effects
-        Default candidates under any names, and networks at ports anywhere on a piece of the
-        structure, in the order in which they are added.
+    They are default candidates under any names, and networks at ports anywhere on a piece.
     """
     stated = []
     for effect in effects:

@@ -56,17 +56,6 @@ def write_completed(
     """Copy the files of a case and of the finite element model that it names, and add effects.
 
     `case.json` comes last, so that a folder that has it is complete.
-
-    Parameters
-    ----------
-    folder
-        The new folder.
-    case
-        The folder of the case.
-    experiment
-        The experiment of the case.
-    effects
-        Default candidates and networks that are added to it.
     """
     content: dict[str, Any] = json.loads((case / CASE).read_text(encoding="utf-8-sig"))
     content[FIELD] = [*(content.get(FIELD) or []), *stated_effects(experiment, effects)]

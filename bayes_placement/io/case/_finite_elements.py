@@ -34,18 +34,9 @@ _ROUND_OFF = 1e-9  # [m] between a node and its position in `case.json`
 class _ModelKind(NamedTuple):
     """A kind of finite element model.
 
-    Parameters
-    ----------
-    interpolate
-        Makes the shape functions of matrices and elements.
-    pieces
-        Members or surfaces by name, on which something may be attached.
-    soft_supports
-        Motions of supports that may be compliant, by name.
-    axes
-        Directions in which it moves.
-    has_members
-        Whether it consists of members.
+    `interpolate` makes the shape functions of matrices and elements; `pieces` are members or
+    surfaces on which something may be attached, `soft_supports` motions of supports that may be
+    compliant, by name; `axes` are directions in which it moves.
     """
 
     interpolate: Callable[

@@ -32,19 +32,7 @@ _Coordinates = tuple[float, ...]
 
 
 class RecordedTransducer(NamedTuple):
-    """A sensor or actuator as the case records it.
-
-    Parameters
-    ----------
-    fields
-        Its object in `case.json`.
-    channels
-        Its channels.
-    node
-        Its node in the universal files.
-    position
-        Recorded coordinates [m].
-    """
+    """A sensor or actuator as the case records it: its object, channels, node and place [m]."""
 
     fields: JsonObject
     channels: tuple[Channel, ...]
@@ -60,29 +48,9 @@ class RecordedTransducer(NamedTuple):
 class MeasurementSettings(NamedTuple):
     """What a case states about its measurement.
 
-    Parameters
-    ----------
-    file
-        The file `case.json`.
-    sensors, actuators
-        The transducers.
-    quantity
-        `receptance`, `mobility` or `accelerance`.
-    averages
-        Number of averages.
-    force_levels
-        Amplitudes of the force [N], or None.
-    band
-        First and last line [Hz].
-    lines
-        Number of lines in the band.
-    noise
-        Output error; None where the case states none.
-    baseline
-        Universal files of an earlier state, one for each force level; none where there is none.
-    states
-        Universal files of each of several states by its label, the baseline first; empty where
-        there are none.
+    Amplitudes of the force are in N, the first and last line of the band in Hz, with their number.
+    `baseline` has a universal file of an earlier state for each force level, `states` those of each
+    of several states by its label, the baseline first; both may be empty.
     """
 
     file: Path

@@ -21,17 +21,8 @@ Runs = tuple[Measurement, ...]
 class CaseRuns(NamedTuple):
     """What the universal files of a case hold.
 
-    Parameters
-    ----------
-    measured
-        What was measured.
-    baseline
-        The same in an earlier state; empty where there is none.
-    states
-        The same in each of several states, by label, the baseline first; empty where there are
-        none.
-    noise
-        Output error, as the case states it or as the files tell.
+    `baseline` is an earlier state, `states` are several by label, the baseline first; both may be
+    empty. `noise` is as the case states it or as the files tell.
     """
 
     measured: Runs

@@ -65,14 +65,8 @@ class PartPair(NamedTuple):
 def part_of(heading: str, unit: str = "") -> str | None:
     """Return the part of an FRF that a heading says, None where it says none or several.
 
-    The unit has the last word: a magnitude in dB is a decibel.
-
-    Parameters
-    ----------
-    heading
-        The heading without its unit.
-    unit
-        The unit behind it: `dB`, with or without a reference, `deg`, `°` or `rad`.
+    The unit behind it, `dB` with or without a reference, `deg`, `°` or `rad`, has the last word: a
+    magnitude in dB is a decibel.
     """
     of_unit = _of_unit(unit.strip().lower())
     if of_unit is not None:

@@ -33,17 +33,7 @@ _FIRST, _STEP = "x_values.start_value", "x_values.increment"
 def check_complete(
     mapping: Mapping, source: NamedArrays, table_labels: dict[str, list[str]]
 ) -> None:
-    """Refuse arrays of which neither file nor mapping says what they are.
-
-    Parameters
-    ----------
-    mapping
-        What the mapping states.
-    source
-        The arrays.
-    table_labels
-        Labels of the channel table for `sensors` and `actuators`, as far as there is one.
-    """
+    """Refuse arrays of which neither file, channel table nor mapping says what they are."""
     if not mapping.frf:
         _check_numbers(source)
     lines = list(_missing(mapping, source, table_labels))

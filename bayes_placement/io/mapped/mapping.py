@@ -60,19 +60,9 @@ class FrequencyRule(NamedTuple):
 class FrfRule(NamedTuple):
     """Where FRFs are.
 
-    Parameters
-    ----------
-    parts
-        Arrays by what they hold: `array`, or `real` and `imaginary`, or `magnitude` or `decibel`
-        with `degrees` or `radians`.
-    axes
-        Axes of these arrays in their order; None where there is one sensor and one actuator.
-    unit
-        Unit of the FRFs; None where the file states it.
-    sensor, actuator
-        Channels, where the arrays hold one pair; None for all.
-    coherence
-        Array of the coherence of this pair.
+    `parts` are arrays by what they hold: `array`, or `real` and `imaginary`, or `magnitude` or
+    `decibel` with `degrees` or `radians`. Their axes are None where there is one sensor and one
+    actuator, the unit where the file states it, the channels where the arrays hold all pairs.
     """
 
     parts: dict[str, Column]

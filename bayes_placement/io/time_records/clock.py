@@ -12,19 +12,7 @@ from .records import positive
 
 
 class Sampled(NamedTuple):
-    """Channels of a file, in its units.
-
-    Parameters
-    ----------
-    arrays
-        Samples by name.
-    units
-        Units that the file states, by name.
-    rates
-        Sampling rates [Hz] that the file states, by name.
-    left_out
-        What was not read, by name, and why.
-    """
+    """Channels by name: samples in units of the file, rates [Hz], what was left out."""
 
     arrays: Mapping[str, np.ndarray]
     units: Mapping[str, str]
@@ -57,13 +45,7 @@ def rate_of(stated: Iterable[float], rate: float | int | None, *by_times: float)
 
 
 def check_starts(starts: Mapping[str, float]) -> None:
-    """Refuse channels of which one began later than another.
-
-    Parameters
-    ----------
-    starts
-        Time of the first sample [s] of each channel.
-    """
+    """Refuse channels whose first samples are not at one time [s]."""
     if starts and max(starts.values()) > min(starts.values()):
         late = max(starts, key=lambda name: starts[name])
         early = min(starts, key=lambda name: starts[name])

@@ -26,18 +26,9 @@ class EstimateWarning(UserWarning):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Processing(abc.ABC):  # noqa: B024, it has fields alone
-    """What was done to records, for all that is made of them.
+    """What was done to records, what was left out, and reasons to doubt, a sentence for each.
 
-    Parameters
-    ----------
-    done
-        What was done to the records, in words.
-    left_out
-        What was left out and why, a sentence for each.
-    warnings
-        Reasons to doubt the estimate, a sentence for each.
-    time_constant
-        Time constant [s] of an exponential window on force and response, or None.
+    The time constant [s] is of an exponential window on force and response.
     """
 
     done: tuple[str, ...] = ()
@@ -107,23 +98,11 @@ class Estimate(Processing):
 
 @dataclass(frozen=True, eq=False)
 class Spectra(Processing):
-    """Spectra of force and responses in every repeat.
+    """Spectra of force and responses in every repeat, all in one unit of theirs, at lines [Hz].
 
-    Parameters
-    ----------
-    frequency
-        Lines [Hz].
-    force, response
-        Spectra of each repeat, all in one unit of theirs.
-    averages
-        Number of independent repeats that they are worth: fewer where repeats overlap.
-    correlated_lines
-        Number of neighbouring lines that count as one independent line, since a window correlates
-        their errors.
-    segment_window
-        Window of segments that are cut out of a longer record, or None.
-    done, left_out, warnings, time_constant
-        See `Processing`.
+    `averages` is the number of independent repeats that they are worth, fewer where they overlap;
+    `correlated_lines` that of neighbouring lines that count as one, since a window correlates their
+    errors; `segment_window` cuts segments out of a longer record.
     """
 
     frequency: Float[np.ndarray, "frequency"]

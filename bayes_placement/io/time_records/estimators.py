@@ -72,14 +72,7 @@ def scatter(
     (n - 1)^2 mean|H_k - mean H_k|^2 / (averages - 1), which for independent ones is that of
     Thomson and Chave (1991). It holds for any estimator, and where repeats differ in strength.
 
-    Parameters
-    ----------
-    estimator
-        FRF by sums over repeats.
-    repeats
-        Products of each repeat.
-    averages
-        Number of independent repeats that they are worth.
+    The estimator gives an FRF from sums over repeats, of whose products there is one each.
     """
     without = deviations(estimator, repeats)
     spread = np.mean(np.abs(without) ** 2, axis=0)
@@ -109,11 +102,6 @@ def correlated_lines(deviations: Complex[np.ndarray, "repeat frequency"]) -> flo
     Noise of a windowed force, and whatever else makes a repeat differ from others over a band, is
     in many lines alike. Deviations are scaled to one size at each line; the square of a correlation
     of F lines and n repeats is 1 / (F (n - 1)) too large on average, which is subtracted.
-
-    Parameters
-    ----------
-    deviations
-        Deviation of each repeat from their mean.
     """
     repeats, lines = deviations.shape
     if lines < FEWEST_LINES:

@@ -15,30 +15,14 @@ DEVIATIONS = 6.0
 
 
 class Hit(NamedTuple):
-    """A hit in a record.
-
-    Parameters
-    ----------
-    record
-        Number of the record.
-    onset
-        Sample at which the force passes the trigger.
-    part
-        Samples that belong to the hit.
-    """
+    """A hit in a record: the sample at which it begins, and those that belong to it."""
 
     record: int
     onset: int
     part: slice
 
     def quiet(self, before: int | None) -> int:
-        """Samples at its beginning that hold noise only: half of those before the force.
-
-        Parameters
-        ----------
-        before
-            Samples before the trigger as stated; None where all before the onset count.
-        """
+        """Samples at its beginning that hold noise only: half of those before the force."""
         lead = self.onset - self.part.start
         return (lead if before is None else min(lead, before)) // 2
 
@@ -58,16 +42,9 @@ def onset(force: Samples) -> int:
 
 
 def over_trigger(records: Records, trigger: float | None, before: int, length: int) -> list[Hit]:
-    """Hits in records, each where the force passes a trigger.
+    """Hits in records, each where the force passes a trigger [N]: None is a tenth of the greatest.
 
-    Parameters
-    ----------
-    records
-        The records.
-    trigger
-        Force [N] at which a hit begins; None for a tenth of the greatest force of the record.
-    before, length
-        Samples before the trigger, and of each hit in all.
+    A hit has so many samples before the trigger, and in all.
     """
     return [
         Hit(number, begin, slice(begin - before, begin - before + length))
@@ -89,16 +66,10 @@ def _onsets(force: Samples, trigger: float | None, blind: int) -> list[int]:
 
 
 def second_hit(force: Samples, quiet: int, share: float) -> int | None:
-    """Sample of a second peak in the force of a hit; None where there is one peak only.
+    """Sample of a second peak in the force [N] of a hit; None where there is one peak only.
 
-    Parameters
-    ----------
-    force
-        Force [N] without its offset.
-    quiet
-        Samples at the beginning that hold noise only.
-    share
-        Share of the greatest peak that a second one exceeds, and stands out by.
+    The force has no offset and begins with quiet samples; a second peak exceeds a share of the
+    greatest, and stands out by it.
     """
     peak = int(np.argmax(np.abs(force)))
     noise = float(np.std(force[:quiet])) if quiet > 1 else 0.0

@@ -21,22 +21,9 @@ Samples = Float[np.ndarray, "_"]
 
 @dataclass(frozen=True)
 class Records:
-    """Records of one force and of the responses to it.
+    """Records of one force [N] and of the motion that answers, in SI, at a sampling rate [Hz].
 
-    Parameters
-    ----------
-    rate
-        Sampling rate [Hz].
-    force
-        Force [N] of each record.
-    response
-        Motion of each sensor channel in each record, in SI.
-    sensors
-        Sensor channels.
-    actuator
-        Channel of the force.
-    ranges
-        Greatest values that channels can record, by their labels.
+    `ranges` are the greatest values that channels can record, by their labels.
     """
 
     rate: float

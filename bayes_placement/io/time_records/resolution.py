@@ -11,17 +11,7 @@ from .records import Samples
 
 
 def warnings(measurement: Measurement, window: Samples, rate: float) -> Iterator[str]:
-    """Name the resonance whose peak the window lowers most, where that is more than its noise.
-
-    Parameters
-    ----------
-    measurement
-        FRFs that were estimated from windowed segments.
-    window
-        Window of a segment.
-    rate
-        Sampling rate [Hz].
-    """
+    """Name the resonance whose peak the window lowers most, if by more than its noise."""
     peaks = resonances((measurement,))
     if not peaks.size:
         return

@@ -41,17 +41,7 @@ class MeasurementFileError(InputError):
 
 
 class Dataset(NamedTuple):
-    """One dataset of a universal file.
-
-    Parameters
-    ----------
-    place
-        Where it stands, for messages: file, position in the file, number.
-    number
-        Number of its kind, such as 58.
-    fields
-        What it holds, by pyuff's names.
-    """
+    """One dataset of a universal file: its place, its kind (58), fields by pyuff's names."""
 
     place: str
     number: int
@@ -61,16 +51,8 @@ class Dataset(NamedTuple):
 class DatasetBytes(NamedTuple):
     """A dataset as bytes, of which only those that are asked for are read from the disk.
 
-    Parameters
-    ----------
-    number
-        Number of its kind, such as 58.
-    identity
-        The line with it.
-    content
-        All bytes of the file.
-    start, values_start, end
-        Where the lines after that begin, where binary values begin, and where they end.
+    The line `identity` has the number of its kind, such as 58; lines after it, and binary values,
+    begin at `start` and `values_start`.
     """
 
     number: int
@@ -105,23 +87,10 @@ class DatasetBytes(NamedTuple):
 
 
 def load(path: Path, data: int = FUNCTION, *, wanted: Wanted = lambda head: True) -> list[Dataset]:
-    """Read the nodes, the units and one kind of data of a universal file.
+    """Read nodes, units and one kind of data of a universal file: 58 functions, 55 at nodes.
 
-    Parameters
-    ----------
-    path
-        The file.
-    data
-        Number of the datasets that hold the data: 58 for functions, 55 for data at nodes.
-    wanted
-        Tells by the fields of its head whether a function is read; values of others are skipped.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    MeasurementFileError
-        If it is no universal file, ends inside a dataset, or a dataset cannot be decoded.
+    `wanted` tells by the fields of its head whether a function is read; values of others are
+    skipped.
     """
     datasets = []
     for index, block in enumerate(blocks_of(existing(path, "a universal file (.uff, .unv)"))):

@@ -54,17 +54,7 @@ class FormatFault(NamedTuple):
 
 
 def faults(number: int, lines: Sequence[str], *, binary: bool = False) -> Iterator[FormatFault]:
-    """Faults of one dataset.
-
-    Parameters
-    ----------
-    number
-        Its number, such as 58.
-    lines
-        Its lines without the one with the number; of a binary one the first eleven.
-    binary
-        Whether the values are binary.
-    """
+    """Faults of one dataset, by the lines after its number; of a binary one by eleven."""
     if number == 58 and binary:
         return _function_head(lines)
     return _CHECKS[number](lines)

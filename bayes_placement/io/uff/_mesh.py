@@ -94,15 +94,7 @@ class _Everything:
 
 
 def load_mesh(path: Path, length_unit: float | int | None) -> MeshContents:
-    """Read nodes and elements in metres, with the numbers of the file.
-
-    Raises
-    ------
-    MeasurementFileError
-        If the file is malformed, or holds no nodes.
-    InputError
-        If an element names a node that is not there.
-    """
+    """Read nodes and elements in metres, with the numbers of the file."""
     datasets = load(path, UNITS)
     positions = node_positions(datasets, _Everything())
     if not positions:

@@ -27,13 +27,7 @@ class FileUnits(NamedTuple):
 
 
 def file_units(datasets: list[Dataset]) -> FileUnits:
-    """Read dataset 164; without one the file is in SI.
-
-    Raises
-    ------
-    MeasurementFileError
-        If a factor is not positive, or two of these datasets contradict each other.
-    """
+    """Read dataset 164, of which all must agree; without it the file is in SI."""
     stated = {_factors(dataset): dataset for dataset in datasets if dataset.number == UNITS}
     if len(stated) > 1:
         *_, place = (dataset.place for dataset in stated.values())
@@ -54,16 +48,7 @@ def of_nodes(
 ) -> FileUnits:
     """Units of nodes and modes, by the file or else as stated; a warning where nothing says them.
 
-    Parameters
-    ----------
-    path
-        The file, for messages.
-    units
-        What dataset 164 states, if anything.
-    positions
-        Coordinates in the unit of the file.
-    length_unit, mass_unit
-        What one unit of the file is in m and in kg; None where nobody states it.
+    Stated is what one unit of the file is in m and in kg.
     """
     stated = {"length_unit": length_unit, "mass_unit": mass_unit}
     given = {name: value for name, value in stated.items() if value is not None}
@@ -130,13 +115,7 @@ def _check_exponents(dataset: Dataset, side: str, natural: tuple[int, int, int])
 
 
 def check_abscissa(dataset: Dataset) -> None:
-    """Refuse an abscissa that is not frequency [Hz].
-
-    Raises
-    ------
-    MeasurementFileError
-        If its type or its unit is another one.
-    """
+    """Refuse an abscissa that is not frequency [Hz]."""
     data_type = dataset.fields["abscissa_spec_data_type"]
     label = _label(dataset, "abscissa")
     if data_type != FREQUENCY_TYPE or label not in {*_UNSTATED, "Hz", "HZ", "hz"}:

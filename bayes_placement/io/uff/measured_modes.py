@@ -27,14 +27,7 @@ def holds_modes_alone(path: Path) -> bool:
 def load(path: Path, names: Mapping[int, str], poles: str | None = None) -> dict[str, Any]:
     """Read the modes of a universal file as arguments of `ModalParameters`, without deviations.
 
-    Parameters
-    ----------
-    path
-        The file.
-    names
-        Names of sensors by the number of the node.
-    poles
-        Unit of the poles of complex modes, `rad/s` or `Hz`; None for what the file says.
+    Sensors are named by the number of the node; poles of complex modes are in `rad/s` or `Hz`.
     """
     datasets = [
         entry for entry in datasets_of(path, DATA_AT_NODES) if entry.number == DATA_AT_NODES
