@@ -60,18 +60,8 @@ def command(
 ) -> Callable[[Function], Function]:
     """Make a function a command: it gets its output first, and returns the exit code.
 
-    Parameters
-    ----------
-    app
-        Application of the command.
-    name
-        Its name; that of the function by default.
-    without
-        Shared options that it does not have.
-    searches
-        Whether it shares its work with other processes.
-    **shown
-        What `--help` shows of it; see `typer.Typer.command`.
+    `without` are shared options that it does not have; `searches` says that it shares its work with
+    other processes; `shown` is for `typer.Typer.command`.
     """
 
     def register(function: Function) -> Function:

@@ -51,14 +51,7 @@ def errors_in_words(
     the user's model file keep the part of their traceback that is in the user's files; all other
     errors keep all of it.
 
-    Parameters
-    ----------
-    model
-        The model file.
-    show_traceback
-        Whether the traceback is shown in any case.
-    as_json
-        Whether an object of JSON with the error is written to standard output, too.
+    An object of JSON with the error goes to standard output too, where that is asked for.
     """
     try:
         begin_here()

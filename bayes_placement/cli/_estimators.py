@@ -30,20 +30,9 @@ def named_estimator(
     seed: int,
     begin: Callable[[], Progress],
 ) -> tuple[Estimator, list[str]]:
-    """Return an estimator and the warnings of the inference that it starts from.
+    """Return an estimator and the warnings of the inference from earlier data that it starts from.
 
-    Parameters
-    ----------
-    name
-        Name of the estimator.
-    study
-        What the model file declares.
-    measurement
-        Earlier data; None where there are none.
-    seed
-        Seed of the inference from earlier data.
-    begin
-        Called as that inference begins; returns what it reports its progress to.
+    `begin` is called as that inference begins, and returns what it reports its progress to.
     """
     if name == "separation":
         assert measurement is not None

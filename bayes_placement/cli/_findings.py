@@ -44,16 +44,7 @@ def of_result(
 ) -> xr.DataTree:
     """Return what `improve` or `explain` found, for figures.
 
-    Parameters
-    ----------
-    result
-        What it returned.
-    experiment, measurement
-        What it was given.
-    data_faults
-        Faults of the measurement, a sentence each.
-    with_next
-        Whether to search for the next measurement too, which takes some seconds.
+    A search for the next measurement takes some seconds.
     """
     models = models_of(result, experiment)
     sentences = result.words()
@@ -73,12 +64,7 @@ def of_result(
 def where_next(kept: xr.DataTree, result: Ledger | Ranking) -> list[str]:
     """Say where to measure next, or how that is found, where explanations are not told apart.
 
-    Parameters
-    ----------
-    kept
-        What `of_result` returned.
-    result
-        What `improve` or `explain` returned.
+    What was kept is the result of `of_result`.
     """
     if not result.confounded or len(result.alternatives) < 2:
         return []
@@ -96,18 +82,7 @@ def of_posterior(
 ) -> xr.DataTree:
     """Return what an inference found, for figures.
 
-    Parameters
-    ----------
-    posterior
-        What `infer` returned.
-    experiment, measurement
-        What it was given.
-    sentences
-        What is said of it, the verdict first.
-    warnings
-        Methods and what they warn of.
-    command
-        Name of the command.
+    The first sentence is the verdict; warnings are methods and what they warn of.
     """
     about = {
         "command": command,
@@ -138,12 +113,7 @@ def of_check(
 def of_models(kept: xr.DataTree, word: str) -> dict[str, xr.Dataset]:
     """Return what was kept of each model, by its name, of responses first as drawn.
 
-    Parameters
-    ----------
-    kept
-        What the functions above return.
-    word
-        `fit` for responses, `modes` where modes were measured.
+    The word is `fit` for responses, `modes` where modes were measured.
     """
     names = json.loads(kept.attrs[ABOUT])["models"]
     groups = {AS_DRAWN: f"{word}_drawn"} if word == "fit" else {}

@@ -17,21 +17,7 @@ from ._terminal import Screen
 
 
 class Inputs(NamedTuple):
-    """What a command was given.
-
-    Parameters
-    ----------
-    screen
-        Where the command shows what it does.
-    run
-        The run, with its folder.
-    study
-        The model file or case folder, read.
-    measurement
-        What was measured.
-    data_faults
-        Faults of the measurement that were printed, a sentence each.
-    """
+    """What a command was given and has read, with the faults of the data that were printed."""
 
     screen: Screen
     run: Run
@@ -58,23 +44,9 @@ def read_inputs(
 
     That is the experiment, which lines are taken and why, and what is wrong with the data.
 
-    Parameters
-    ----------
-    path
-        Model file or case folder.
-    data
-        File of the measurement; None for that of the study.
-    command
-        Name of the command, for messages.
-    output
-        Where the results go.
-    most_lines
-        Most lines that are taken; None for all, as long as there are not too many values.
-    model_error
-        Whether the modes and channels of the study differ from the model by unknown sizes; a model
-        error that it declares stays.
-    **settings
-        Further options of the command, for the record.
+    No `most_lines` means all, as long as there are not too many values. `model_error` says that
+    modes and channels differ from the model by unknown sizes; one that the study declares stays.
+    Settings are further options of the command, for the record.
     """
     screen = output.screen
     with files_read() as files:

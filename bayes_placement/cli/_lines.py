@@ -26,14 +26,7 @@ def choose_lines(
 ) -> ChosenLines:
     """Take at most some lines of an experiment, those at which its measurement changes most.
 
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    measurement
-        What was measured.
-    most
-        Most lines; None for as many as make 50,000 values.
+    None means as many as make 50,000 values.
     """
     if experiment.observe.is_modal:
         return ChosenLines(experiment, _modes(experiment, measurement))

@@ -25,30 +25,10 @@ Result = TypeVar("Result")
 class Request:
     """What a command that looks for missing effects was given.
 
-    Parameters
-    ----------
-    path
-        Model file or case folder.
-    data
-        Universal file of the measurement; None for that of the study.
-    kinds
-        Kinds of effects to try; None for those that apply and are tried by default, and networks.
-    output
-        Where the results go.
-    most_lines
-        Most lines that are taken; None for all, unless there are too many values.
-    model_error
-        Whether a model error is declared.
-    baseline
-        Universal file of an earlier state; None for that of the study, if it has one.
-    alone
-        Whether the measurement is looked at without any earlier state.
-    states
-        Universal files of several states by label, the baseline first; none for those of the study.
-    save
-        Model file that the completed model is written to; None for none.
-    workers, dask
-        See `bp.design.workers`.
+    Data, baseline, and states by label, the baseline first, are those of the study where none are
+    named; `alone` looks at no earlier state. No `kinds` means those that apply and are tried by
+    default, and networks; no `most_lines` means all, unless there are too many values. `workers`
+    and `dask` are of `bp.design.workers`.
     """
 
     path: Path
@@ -114,17 +94,7 @@ class Request:
         return earlier if is_modal == study.experiment.observe.is_modal else None
 
     def search(self, command: str, function: Callable[..., Result], inputs: Inputs) -> Result:
-        """Return what `explain` or `improve` finds in one measurement, and a baseline if any.
-
-        Parameters
-        ----------
-        command
-            Name of the command.
-        function
-            What searches.
-        inputs
-            What was read.
-        """
+        """Return what `explain` or `improve` finds in one measurement, and a baseline if any."""
         baseline = self.earlier(inputs.study)
         if baseline is None:
             return self.searched(command, function, inputs, inputs.measurement)

@@ -17,14 +17,7 @@ MOST_PLACEMENTS = 100_000
 def positions_to_try(experiment: Experiment, search: str, count: int) -> dict[str, Sequence[Any]]:
     """Return the positions of the structure at which each sensor and actuator can be mounted [m].
 
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    search
-        Name of the search.
-    count
-        Positions on the structure, of which those are kept that a tolerance allows.
+    Of `count` positions those are kept that a tolerance allows.
     """
     if search == "evolutionary" and in_space(experiment.structure.modes.bounds()):
         raise UsageError(

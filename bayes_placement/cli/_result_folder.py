@@ -37,15 +37,7 @@ SHOWN = 4
 
 
 class ResultFolder(NamedTuple):
-    """Where a run writes.
-
-    Parameters
-    ----------
-    path
-        The folder of its results.
-    shared
-        The folder of what the runs of one model share.
-    """
+    """The folder of the results of a run, and that of what the runs of one model share."""
 
     path: Path
     shared: Path
@@ -58,15 +50,8 @@ def result_folder(model: Path, command: str, out: Path | None) -> Iterator[Resul
     Temporary files that a killed run left are deleted. A folder in which nothing was written is
     deleted again.
 
-    Parameters
-    ----------
-    model
-        Model file or case folder.
-    command
-        Name of the command.
-    out
-        The folder that the user names; None for a new one, `results/MODEL/COMMAND-1` and so on;
-        MODEL is the name of the file, after that of its folder where another file has the same.
+    Where the user names none, it is `results/MODEL/COMMAND-1` and so on; MODEL is the name of the
+    file, after that of its folder where another file has the same.
     """
     home = _home(model)
     new = _made_new(home, command) if out is None else _made(out)

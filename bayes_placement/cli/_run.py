@@ -40,26 +40,10 @@ def numbered(name: str, pages: "Sequence[Figure]") -> "dict[str, Figure]":
 class Run:
     """A run of a command; each file that it writes is complete or not there.
 
-    Parameters
-    ----------
-    command
-        Name of the command.
-    top
-        Folder of its results.
-    folder
-        The same, or a folder in it for a part of them.
-    shared
-        Folder of what the runs of one model share.
-    fits
-        Folder of fits, which all runs share; None where none are kept.
-    record
-        What it was given, and what it has written so far; the content of `run.json`.
-    with_report
-        Whether its report is written as well.
-    began
-        When it began [s].
-    unfinished
-        Figures that are being written: called, each awaits one and notes it.
+    `top` is the folder of its results, `folder` the same or one in it for a part of them; `shared`
+    is what the runs of one model share, `fits` what all runs share. `record` is the content of
+    `run.json`: what it was given, and what it has written so far. `began` is in s; each of
+    `unfinished` awaits a figure that is being written, and notes it.
     """
 
     command: str
@@ -126,10 +110,7 @@ class Run:
 
         One that cannot be drawn is a sentence at the end of the run, which ends for no picture.
 
-        Parameters
-        ----------
-        *drawings
-            Each draws figures that belong together.
+        Each drawing draws figures that belong together.
         """
         for drawing in drawings:
             self.attempt("A figure", partial(self._begin_figures, drawing))
@@ -161,21 +142,7 @@ class Run:
     ) -> int:
         """Note that the run is complete, and say where its results are in the last line.
 
-        Parameters
-        ----------
-        screen
-            Where it is said.
-        verdict
-            What the run says, in a sentence.
-        result
-            What is told where JSON is asked for.
-        passed
-            Whether the model passes its check.
-
-        Returns
-        -------
-        int
-            The exit code.
+        The result is told where JSON is asked for. The exit code comes back.
         """
         for end in self.unfinished:
             self.attempt("A figure", end)
@@ -228,19 +195,7 @@ class Run:
 
 
 class Output(NamedTuple):
-    """Where a command puts what it finds.
-
-    Parameters
-    ----------
-    folder
-        Folder of the results, which is there.
-    quiet, as_json
-        See `Screen`.
-    report
-        Whether the report of the run is written as well.
-    fits
-        See `Run`.
-    """
+    """Where a command puts what it finds: a folder that is there, see also `Screen` and `Run`."""
 
     folder: ResultFolder
     quiet: bool = False
@@ -262,21 +217,7 @@ class Output(NamedTuple):
         seed: int = 0,
         **settings: Any,
     ) -> Run:
-        """Begin a run.
-
-        Parameters
-        ----------
-        command
-            Name of the command.
-        model
-            Model file or case folder.
-        files
-            Files of data that were read.
-        seed
-            Seed of all random numbers.
-        **settings
-            Options of the command, numbers and words.
-        """
+        """Begin a run, of data from these files; settings are options of the command."""
         record: dict[str, Any] = {
             "command": command,
             "date": now(),

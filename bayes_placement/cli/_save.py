@@ -66,18 +66,9 @@ DIGITS = 8
 
 
 class CompletedModel(NamedTuple):
-    """A model file or case folder that is to be written.
+    """A model file or case folder that is to be written, beside the model that lacked something.
 
-    Parameters
-    ----------
-    path
-        The file, or the folder.
-    model
-        Model file or case folder that lacked something.
-    data
-        File of the measurement; None where it is that of the model.
-    model_error
-        Whether a model error was declared on the command line.
+    No data are those of the model.
     """
 
     path: Path
@@ -103,16 +94,7 @@ class CompletedModel(NamedTuple):
     ) -> None:
         """Write the model as it was given, and effects.
 
-        Parameters
-        ----------
-        experiment
-            The experiment as it was given.
-        added
-            The effects.
-        words
-            What was found of each, by its name.
-        means
-            Value of each unknown by name.
+        Words say what was found of each effect, means are values of unknowns, by name.
         """
         if not self.path.suffix:
             write_completed(self.path, self.model, experiment, added)

@@ -21,11 +21,6 @@ class LastingStream(io.RawIOBase):
     """A descriptor to which writing never fails: what cannot be written is lost.
 
     It is a copy, so that what is printed past Python can be sent elsewhere.
-
-    Parameters
-    ----------
-    descriptor
-        Where it writes.
     """
 
     def __init__(self, descriptor: int):

@@ -38,16 +38,8 @@ BETWEEN = 3
 class Screen(NamedTuple):
     """Where a command shows what it does and finds.
 
-    Parameters
-    ----------
-    console
-        Standard output.
-    progress_console
-        Standard error.
-    quiet
-        Whether nothing but the verdict and the folder of the results is shown.
-    as_json
-        Whether standard output is one object of JSON instead of text.
+    The console is standard output, or one object of JSON there; that of progress is standard error.
+    Quiet shows the verdict and the folder of the results alone.
     """
 
     console: Console
@@ -96,17 +88,7 @@ class Screen(NamedTuple):
             print_answer(json.dumps(content, indent=1, allow_nan=False))
 
     def written(self, command: str, verdict: str, files: Sequence[Path]) -> None:
-        """Say what a command wrote that computes nothing and has no folder of results.
-
-        Parameters
-        ----------
-        command
-            Its name.
-        verdict
-            What it wrote, in a sentence.
-        files
-            The files, all of one folder.
-        """
+        """Say what a command wrote, files of one folder, that computes nothing."""
         self.always(verdict)
         answer = {"command": command, "finished": True, "verdict": verdict, "exit_code": 0}
         names = [file.name for file in files]
@@ -157,15 +139,6 @@ def terminal_table(data: "pd.DataFrame", index_title: str, width: int) -> Table:
     """Lay out a data frame in so many columns of characters; no word and no number is broken.
 
     Where its columns do not fit, each row is a paragraph of its own.
-
-    Parameters
-    ----------
-    data
-        The table, of words.
-    index_title
-        Heading of its index.
-    width
-        Width of the terminal.
     """
     headings = [index_title, *map(printable, data.columns)]
     rows = [[printable(cell) for cell in (name, *row)] for name, row in data.iterrows()]

@@ -38,16 +38,7 @@ PRIOR = re.compile(r"([A-Z]\w*)\(([-+.\de, ]+)\)")
 def run(model: Path, word: str, typed: Sequence[str], save: Path) -> str:
     """Write a model file with an effect, and return what to do with it.
 
-    Parameters
-    ----------
-    model
-        Model file or case folder.
-    word
-        Name of the effect.
-    typed
-        Its numbers as they were typed: `--mass`, `0.5` and so on.
-    save
-        The new file.
+    Numbers are as they were typed: `--mass`, `0.5` and so on.
     """
     if save.exists() or save.suffix != ".py":
         fault = "is there already" if save.exists() else "is no name of a Python file"

@@ -29,30 +29,7 @@ def run(
     most_lines: int | None,
     model_error: bool,
 ) -> int:
-    """Check a model against the data, and write tables and figures.
-
-    Parameters
-    ----------
-    path
-        Model file or case folder.
-    data
-        Universal file of the measurement; None for that of the study.
-    engine
-        Name of the engine that fits the model.
-    output
-        Where the results go.
-    seed
-        Seed of the engine.
-    most_lines
-        Most lines that are taken; None for all, unless there are too many values.
-    model_error
-        Whether a model error is declared.
-
-    Returns
-    -------
-    int
-        The exit code: 1 where the model fails.
-    """
+    """Check a model against the data, and write tables and figures; 1 where the model fails."""
     inputs = read_inputs(
         path, data, "check", output, most_lines, model_error, seed=seed, engine=engine
     )

@@ -26,22 +26,7 @@ Save = Callable[["LivePage"], Path]
 
 
 def run(request: Request, port: int, browser: bool) -> int:
-    """Open the page, and serve it until Ctrl-C.
-
-    Parameters
-    ----------
-    request
-        What the command was given.
-    port
-        Port of the page, or 0 for a free one.
-    browser
-        Whether to open the browser.
-
-    Returns
-    -------
-    int
-        The exit code.
-    """
+    """Open the page, and serve it until Ctrl-C."""
     inputs, head = _read(request)
     screen, run = inputs.screen, inputs.run
     given = Given(request.path.stem, head, run.shared, run.fits, port, _saves(request, inputs))
@@ -145,14 +130,7 @@ def _report(inputs: Inputs, page: "LivePage") -> Path:
 def explored_model(request: Request, suffix: str, page: "LivePage") -> Path:
     """Write the model at hand beside the model, under a new name, and return its path.
 
-    Parameters
-    ----------
-    request
-        What the command was given.
-    suffix
-        `.py` for a model file, none for a case folder, which only a case folder can become.
-    page
-        The page.
+    The suffix is `.py`, or none for a case folder, which only a case folder can become.
     """
     session = page.session
     given = session.states[0].model.experiment

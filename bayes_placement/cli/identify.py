@@ -17,19 +17,7 @@ MODES = "modes.npz"
 def run(path: Path, shapes_at: Side, output: Output) -> int:
     """Identify modal parameters, and write a file of them that `--data` takes.
 
-    Parameters
-    ----------
-    path
-        File of measured FRFs.
-    shapes_at
-        Whether shapes are those at the sensors or at the actuators.
-    output
-        Where the results go.
-
-    Returns
-    -------
-    int
-        The exit code.
+    Shapes are those at the sensors or at the actuators.
     """
     with files_read() as files:
         measurement = formats.read_measurement(path)

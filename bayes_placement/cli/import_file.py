@@ -14,19 +14,8 @@ DATA, REPORT = "measured.uff", "import_report.txt"
 def run(path: Path, mapping: Path | None, output: Output) -> int:
     """Read a file, write a case folder, or the data alone where nothing is said of a structure.
 
-    Parameters
-    ----------
-    path
-        The file, or a folder with data, mapping and channel table.
-    mapping
-        What the file does not say; None where it says all, or where the folder holds a mapping.
-    output
-        Where the case goes.
-
-    Returns
-    -------
-    int
-        The exit code.
+    The file may be a folder with data, mapping and channel table; a mapping says what a file does
+    not.
     """
     with files_read() as files:
         imported = mapped.read(path, mapping)

@@ -31,13 +31,7 @@ FITS = "before_and_after.png"
 
 
 def run(request: Request) -> int:
-    """Add effects until only the noise is left, and write ledger, tables and figures.
-
-    Returns
-    -------
-    int
-        The exit code: 1 where the last model fails its check.
-    """
+    """Add effects until only the noise is left, and write them; 1 where the model still fails."""
     inputs = request.read("improve")
     states = request.of_states(inputs.study)
     return _run_states(request, inputs, states) if states else _run_one(request, inputs)

@@ -118,15 +118,7 @@ EXAMPLE_ACTUATORS = """\
 
 
 class NewFiles(NamedTuple):
-    """What was written to begin with.
-
-    Parameters
-    ----------
-    sentence
-        What it is, and what to do with it.
-    files
-        The files.
-    """
+    """What was written to begin with, and a sentence on what to do with it."""
 
     sentence: str
     files: list[Path]
@@ -135,14 +127,7 @@ class NewFiles(NamedTuple):
 def run(folder: Path, channels: Path | None, as_case: bool = False) -> NewFiles:
     """Write a model file, or what a case folder is made of, and return what to do with it.
 
-    Parameters
-    ----------
-    folder
-        Folder of the files, which is made.
-    channels
-        Channel table: workbook or text; None for channels to be changed.
-    as_case
-        Whether to write a mapping, from which `import` makes a case folder, for a model file.
+    Without a channel table, channels are to be changed. As a case it is a mapping for `import`.
     """
     _check_folder(folder)
     return _write_mapping(folder, channels) if as_case else _write_model(folder, channels)

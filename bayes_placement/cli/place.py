@@ -47,30 +47,10 @@ SEARCHES = {
 class Options(NamedTuple):
     """Options of the command.
 
-    Parameters
-    ----------
-    estimator, search
-        Their names.
-    about
-        Names of the parameters to learn about; None for all.
-    sensors
-        Number of sensors to place; None for all that are declared.
-    places
-        Number of positions to try for each transducer.
-    lines
-        Number of frequency lines that are used, at most.
-    noise
-        Standard deviation of log10 of the amplitude; None as declared.
-    workers, dask
-        See `bp.design.workers`.
-    seed
-        Seed of all random numbers.
-    least_distance
-        Least distance [m] between two transducers; None for 1 % of the structure.
-    forbidden
-        Regions in which nothing is placed, as they were typed.
-    cost
-        Cost [nat] of transducers, as it was typed.
+    None means all parameters to learn about, all sensors that are declared, the noise (standard
+    deviation of log10 of the amplitude) as declared, and a least distance [m] of 1 % of the
+    structure. Forbidden regions and costs [nat] are as typed; `workers` and `dask` are of
+    `bp.design.workers`.
     """
 
     estimator: str
@@ -91,16 +71,7 @@ class Options(NamedTuple):
 def run(path: Path, data: Path | None, options: Options, output: Output) -> int:
     """Search for the best placement, and write tables, a map and figures.
 
-    Parameters
-    ----------
-    path
-        Model file or case folder.
-    data
-        Universal file of an earlier measurement; None where there is none.
-    options
-        Options of the command.
-    output
-        Where the results go.
+    Data are of an earlier measurement.
     """
     screen = output.screen
     rules = _rules(options)

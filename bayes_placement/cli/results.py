@@ -15,17 +15,7 @@ DAY, MEGABYTE = 86400.0, 1e6
 
 
 class Kept(NamedTuple):
-    """What the folder of a model holds.
-
-    Parameters
-    ----------
-    folder
-        The folder.
-    runs
-        Folders of its runs.
-    files
-        Files of these runs.
-    """
+    """What the folder of a model holds: folders of runs, and their files."""
 
     folder: Path
     runs: list[Path]
@@ -43,14 +33,7 @@ class Kept(NamedTuple):
 def run(folder: Path | None, clean: bool, screen: Screen) -> None:
     """List the results of each model, and the fits of all; delete these where that is asked for.
 
-    Parameters
-    ----------
-    folder
-        Folder with a folder for each model; None for `results`.
-    clean
-        Whether to delete fits, of which no result depends.
-    screen
-        Where it is shown.
+    No result depends on fits. The folder has one for each model, by default `results`.
     """
     top = RESULTS if folder is None else folder
     kept = list(_kept_in(top))

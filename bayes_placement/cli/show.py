@@ -26,22 +26,7 @@ from ._terminal import Screen
 
 
 def run(path: Path, data: Path | None, output: Output) -> int:
-    """Show what a model file, a case folder or a file of FRFs declares, and draw it.
-
-    Parameters
-    ----------
-    path
-        Model file, case folder, or file of measured FRFs.
-    data
-        File of a measurement that is drawn with the model; None for what the model holds.
-    output
-        Where tables and figures go.
-
-    Returns
-    -------
-    int
-        The exit code.
-    """
+    """Show what a model file, a case folder or a file of FRFs declares, and draw it."""
     is_model = path.is_dir() or path.suffix == ".py" or not path.exists()
     if data is not None and not is_model:
         raise UsageError(

@@ -40,17 +40,7 @@ Cross-check. variation: posterior standard deviation over mean, the uncertainty 
 
 
 class Sources(NamedTuple):
-    """What a model is inferred from.
-
-    Parameters
-    ----------
-    path
-        Model file or case folder.
-    data
-        File of the measurement; None for that of the study.
-    study, measurement
-        What they hold.
-    """
+    """What a model is inferred from: files, and what they hold."""
 
     path: Path
     data: Path | None
@@ -72,28 +62,8 @@ def run(
 ) -> int:
     """Infer by a method or several, and write results, tables and figures.
 
-    Each result is written and shown as it comes.
-
-    Parameters
-    ----------
-    path
-        Model file or case folder.
-    data
-        Universal file of the measurement; None for that of the study.
-    engine
-        Name of the engine; `all` for several methods that check each other; None for the one that
-        suits the study.
-    marginal
-        Name of the marginal that goes with one engine; None for latent placement.
-    output
-        Where the results go.
-    seed
-        Seed of all engines.
-
-    Returns
-    -------
-    int
-        The exit code.
+    Each result is written and shown as it comes. The engine `all` means several methods that check
+    each other, None the one that suits the study.
     """
     screen = output.screen
     with files_read() as files:

@@ -23,13 +23,7 @@ Wanted = TypeVar("Wanted")
 
 
 class Newest(Generic[Wanted]):
-    """What is to be looked at, and what is.
-
-    Parameters
-    ----------
-    begin
-        Called with what is to be looked at.
-    """
+    """What is to be looked at, and what is: `begin` is called with it."""
 
     def __init__(self, begin: Callable[[Wanted], None]):
         self._begin = begin
@@ -89,12 +83,7 @@ NOTHING: Mapping[str, Any] = MappingProxyType({})
 class Background:
     """A worker that looks at the models of a page, and tells the page what it has found.
 
-    Parameters
-    ----------
-    page
-        The page.
-    post
-        Called with a function that is to be run in the thread of the page.
+    `post` is called with a function that is to be run in the thread of the page.
     """
 
     def __init__(self, page: "LivePage", post: Callable[[Callable[[], None]], None]):

@@ -33,16 +33,8 @@ COMPARED = "compared"
 class LivePage:
     """A session with its curves, workers and files.
 
-    Parameters
-    ----------
-    session
-        The session.
-    around
-        What it is given besides.
-    send
-        Called with each frame for the page.
-    post
-        Called with a function that is to be run in the thread of this object.
+    `around` is what it is given besides; `send` is called with each frame for the page, `post` with
+    a function that is to be run in the thread of this object.
     """
 
     def __init__(

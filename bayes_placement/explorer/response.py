@@ -56,15 +56,7 @@ class Response(NamedTuple):
 
 
 class ResponseOf:
-    """Responses of an experiment to what was measured, one call for each set of values.
-
-    Parameters
-    ----------
-    experiment
-        The experiment with its effects.
-    data
-        Measured outputs.
-    """
+    """Responses of an experiment to what was measured, one call for each set of values."""
 
     def __init__(self, experiment: Experiment, data: Data):
         self._experiment, self._data = experiment, data

@@ -61,14 +61,7 @@ MakePage = Callable[[Callable[[bytes], None], Post], LivePage]
 class Guard:
     """Lets nothing through but requests to this address, of this origin, with the token.
 
-    Parameters
-    ----------
-    app
-        What is guarded.
-    token
-        First part of every path.
-    port
-        Port of the server.
+    The token is the first part of every path.
     """
 
     def __init__(self, app: ASGIApp, token: str, port: int):
@@ -104,14 +97,7 @@ class Guard:
 class PageServer:
     """A page and its sockets.
 
-    Parameters
-    ----------
-    make
-        Makes the page, given what sends frames to sockets and what runs functions in its thread.
-    token
-        Secret part of the address.
-    port
-        Port, or 0 for a free one.
+    `make` makes the page, given what sends frames to sockets and what runs functions in its thread.
     """
 
     def __init__(self, make: "MakePage", token: str, port: int):

@@ -43,15 +43,7 @@ class SessionState(NamedTuple):
 
 
 class Session:
-    """What was done to a model on the page.
-
-    Parameters
-    ----------
-    experiment, measurement
-        The experiment as given, and what was measured.
-    head
-        Lines of Python that make both.
-    """
+    """What was done to a model on the page; `head` are lines of Python that make it as given."""
 
     def __init__(self, experiment: Experiment, measurement: Measurements, head: str = HEAD):
         self.measurement, self._head = measurement, head

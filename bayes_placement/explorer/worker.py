@@ -55,10 +55,7 @@ class AskedOfWorker(NamedTuple):
 class Worker:
     """A process that does one task after the other; it starts with the first.
 
-    Parameters
-    ----------
-    hear
-        Called, in a thread, with all that it tells.
+    `hear` is called, in a thread, with all that it tells.
     """
 
     def __init__(self, hear: Callable[[Told], None]):
