@@ -1,11 +1,27 @@
 """Arguments and options of the commands."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from ._names import EngineName, EstimatorName, FitEngineName, MarginalName, SearchName, SideName
+from ..inference import engines, marginals
+from ..inference.names import names
+
+if TYPE_CHECKING:
+    EngineName = str
+    FitEngineName = str
+    MarginalName = str
+else:  # names of the registries are only known when this runs
+    EngineName = Literal[("all", *names(engines))]
+    FitEngineName = Literal[tuple(names(engines))]
+    MarginalName = Literal[tuple(names(marginals))]
+
+
+EstimatorName = Literal["kernel-gain", "exact", "expected-gain", "separation"]
+SideName = Literal["sensors", "actuators"]
+SearchName = Literal["exhaustive", "sequential", "forward", "evolutionary"]
+
 
 Study = Annotated[
     Path,

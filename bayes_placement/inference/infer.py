@@ -23,7 +23,7 @@ from .chi2 import misfit_sentence
 from .engines.empirical_bayes import Hierarchy
 from .engines.engine import Engine, EngineDraws
 from .engines.least_squares import LeastSquares
-from .estimates import Weighting, standard_error
+from .estimates import LEAST_NODES, Weighting, standard_error
 from .marginals.marginal import DrawPlacement, Marginal
 from .memory import affordable_batch
 from .names import of_name
@@ -33,7 +33,6 @@ from .results import DATA_FAULTS, MISFIT, RESPONSE_WHEN_EXACT, WARNINGS
 from .simulate import sample_prior
 from .symmetries import Values, symmetries
 from .unconstrained import UnconstrainedModel
-from .weights import LEAST_NODES
 
 BATCH = 256
 """Draws whose outputs are predicted at once, at most."""

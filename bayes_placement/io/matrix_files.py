@@ -1,20 +1,25 @@
 """Stiffness and mass in files of matrices: SciPy (.npz), Matrix Market (.mtx), MATLAB (.mat)."""
 
+import re
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import scipy.io
 import scipy.sparse
 from jaxtyping import Int
 
 from .._shared.arguments import arguments_checked
 from .._shared.errors import InputError
 from .._shared.reprs import with_short_repr
-from . import _mat_matrices, _matrix_market, _sparse_archive
+from . import _contents as content
+from . import _matrix_market, _sparse_archive, arrays
 from ._contents import content_of
 from ._gate import check_plausible, existing, reading
 from ._npz_archive import NpzArchive
+from .arrays._mat_gate import SPARSE
 
 _FORMS = "a sparse matrix (.npz by SciPy, .mtx, or .mat)"
 _ROUND_OFF = 1e-8  # of the largest entry: asymmetry that the order of assembly leaves
@@ -94,7 +99,7 @@ def read(
     files = {"stiffness": stiffness, "mass": stiffness if mass is None else mass} | {
         f"region {name}": path for name, path in (regions or {}).items()
     }
-    if mass is None and content_of(existing(Path(stiffness), _FORMS)) not in _mat_matrices.KINDS:
+    if mass is None and content_of(existing(Path(stiffness), _FORMS)) not in _MATLAB:
         raise InputError(
             f"{stiffness} was given alone, and is no file of MATLAB, which may hold both matrices; "
             "that of the mass is needed, since modes follow from both: "
@@ -152,8 +157,8 @@ def _read_matrix(path: Path, role: str) -> scipy.sparse.csc_array:
     existing(path, _FORMS)
     remedy = "Write it with scipy.sparse.save_npz (.npz) or scipy.io.mmwrite (.mtx, .mtx.gz)."
     with reading(path, "a sparse matrix", remedy):
-        if content_of(path) in _mat_matrices.KINDS:
-            stored = _mat_matrices.matrix(path, role)
+        if content_of(path) in _MATLAB:
+            stored = _of_matlab(path, role)
         elif path.suffix == ".npz":
             stored = _sparse_archive.matrix(NpzArchive(path, "a matrix"))
         else:
@@ -215,3 +220,42 @@ def _refused(place: str, contents: str) -> InputError:
 
 def _size(matrix: scipy.sparse.csc_array) -> str:
     return f"{matrix.shape[0]} x {matrix.shape[1]}"
+
+
+_MATLAB = (content.MAT, content.MAT_HDF5)
+NAMES = {"stiffness": r"k\d*|k_?[a-z]{1,3}|stiff\w*", "mass": r"m\d*|m_?[a-z]{1,3}|mass\w*"}
+"""What the names of matrices look like, in lower case."""
+
+
+def _of_matlab(path: Path, role: str) -> scipy.sparse.csc_array:
+    """Return `stiffness` or `mass`: the only matrix in the file, or of such a name."""
+    square = {n: m for n, m in _matrices(path).items() if m.ndim == 2 and m.shape[0] == m.shape[1]}
+    square = {name: values for name, values in square.items() if values.shape[0] > 1}
+    named = [name for name in square if re.fullmatch(NAMES.get(role, ""), _last(name))]
+    found = named if len(square) > 1 else [*square]
+    if len(found) != 1:
+        known = ", ".join(f"{name} ({'x'.join(map(str, m.shape))})" for name, m in square.items())
+        raise InputError(
+            f"it holds the square matrices {known or 'none'}, of which {', '.join(found) or 'none'}"
+            f" may be the {role} by name; one is needed, since it is not guessed. Save it alone, "
+            f"with the name {'K' if role == 'stiffness' else 'M'}: save('system.mat', 'K', 'M')."
+        )
+    return scipy.sparse.csc_array(square[found[0]])
+
+
+def _last(name: str) -> str:
+    """Name of a variable, or of a field of a structure, in lower case."""
+    return name.rpartition(".")[2].lower()
+
+
+def _matrices(path: Path) -> dict[str, np.ndarray | scipy.sparse.csc_array]:
+    """Full matrices, and sparse ones, whose indices the gate has checked."""
+    loaded = arrays.load(path)
+    sparse = [name for name, reason in loaded.left_out.items() if reason == SPARSE]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        content = scipy.io.loadmat(path, variable_names=sparse) if sparse else {}
+    return {
+        **{name: values for name, values in loaded.arrays.items() if values.dtype.kind in "iufc"},
+        **{name: scipy.sparse.csc_array(content[name]) for name in sparse},
+    }

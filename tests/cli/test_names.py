@@ -6,7 +6,7 @@ from typing import get_args
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.cli import _estimators, _names, place
+from bayes_placement.cli import _estimators, _options, place
 from bayes_placement.design.information.estimator import Estimator
 from bayes_placement.design.search.strategy import Search
 
@@ -24,8 +24,8 @@ def kebab_case(kind):
 @pytest.mark.parametrize(
     ("names", "registry", "room", "base"),
     [
-        (_names.EstimatorName, _estimators.ESTIMATORS, bp.information, Estimator),
-        (_names.SearchName, place.SEARCHES, bp.design, Search),
+        (_options.EstimatorName, _estimators.ESTIMATORS, bp.information, Estimator),
+        (_options.SearchName, place.SEARCHES, bp.design, Search),
     ],
     ids=["estimators", "searches"],
 )
@@ -40,5 +40,5 @@ def test_every_class_of_a_room_has_its_name_on_the_command_line(names, registry,
 
 
 def test_engines_and_marginals_are_those_of_their_rooms():
-    assert set(get_args(_names.EngineName)) == {"all", *map(str.lower, bp.engines.__all__)}
-    assert set(get_args(_names.MarginalName)) == set(map(str.lower, bp.marginals.__all__))
+    assert set(get_args(_options.EngineName)) == {"all", *map(str.lower, bp.engines.__all__)}
+    assert set(get_args(_options.MarginalName)) == set(map(str.lower, bp.marginals.__all__))

@@ -15,8 +15,8 @@ from ..._shared.errors import InputError
 from ..._shared.labels import FORCE_LEVEL
 from ..._shared.reprs import notebook_html
 from ...experiment.experiment import MEASURED
+from ...inference.estimates import GOOD_PARETO_K
 from ...inference.results import warnings_of
-from ...inference.weights import GOOD_PARETO_K
 from ._same_data import log_jacobian
 
 LEAST_DRAWS = 100

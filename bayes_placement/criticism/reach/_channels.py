@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...effects.low_pass import LowPass
+from ...effects.butterworth import LowPass
 from ...effects.on_transducer import channels
 from ...experiment.experiment import Experiment
 from ._filters import FilterRows

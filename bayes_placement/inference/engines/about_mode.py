@@ -18,7 +18,7 @@ from ..._shared.dimensions import Key
 from ..._shared.errors import InfeasibleError
 from ..._shared.progress import no_progress
 from .. import engines
-from ..weights import GOOD_PARETO_K, effective_size, pareto_k
+from ..estimates import GOOD_PARETO_K, effective_size, pareto_k
 from .engine import Engine
 from .laplace import Laplace
 from .least_squares import Evaluate, LeastSquares

@@ -13,7 +13,7 @@ from ..._shared.arguments import check_count
 from ..._shared.dimensions import Key
 from ..._shared.errors import InfeasibleError
 from ..._shared.progress import Progress
-from ..weights import LEAST_NODES, effective_size
+from ..estimates import LEAST_NODES, effective_size
 from .engine import Engine, EngineDraws, PosteriorDensity, log_likelihoods_in_batches
 from .importance import weighted
 

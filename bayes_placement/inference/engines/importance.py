@@ -13,7 +13,7 @@ from ..._shared.arguments import check_count
 from ..._shared.dimensions import Key
 from ..._shared.errors import InputError
 from ..._shared.progress import Progress
-from ..weights import GOOD_PARETO_K, effective_size, pareto_k
+from ..estimates import GOOD_PARETO_K, effective_size, pareto_k
 from .engine import Engine, EngineDraws, PosteriorDensity, log_likelihoods_in_batches
 
 LEAST_ESS = 10

@@ -16,7 +16,7 @@ from ..._shared.compiled import compiled
 from ..._shared.dimensions import Key
 from ..._shared.errors import InputError
 from ..._shared.progress import Progress
-from ..weights import GOOD_PARETO_K, pareto_k
+from ..estimates import GOOD_PARETO_K, pareto_k
 from .differential_evolution import evolved
 from .empirical_bayes import Hierarchy, Sized, fitted_with_sizes
 from .engine import Engine, EngineDraws, PosteriorDensity

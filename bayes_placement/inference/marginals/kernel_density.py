@@ -17,7 +17,7 @@ from ..._shared.dimensions import Key
 from ..._shared.sites import substitute
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
-from ..weights import effective_size
+from ..estimates import effective_size
 from .marginal import IntegratedLikelihood
 
 

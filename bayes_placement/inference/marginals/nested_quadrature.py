@@ -23,7 +23,7 @@ from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from ...experiment.variants import with_only
 from .._quadrature_rules import node_count, product_rule
-from ..weights import effective_size
+from ..estimates import effective_size
 from .marginal import IntegratedLikelihood
 
 MOST_RESPONSES = 4_000_000

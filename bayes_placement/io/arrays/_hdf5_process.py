@@ -18,7 +18,6 @@ FILTERS = {
 }
 PACKED = {"scale_factor", "add_offset"}  # attributes of netCDF
 REFERENCES = "#refs#"
-MATLAB_TEXT = "char"
 
 
 class RefusedHDF5File(Exception):  # noqa: N818, its name is the word that people read

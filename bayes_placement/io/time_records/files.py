@@ -13,13 +13,13 @@ from .. import _contents as content
 from .._frf_units import VOLTAGE, plain
 from .._gate import FileWarning, check_plausible, existing, path_of, reading
 from ..arrays import load as load_arrays
-from . import lvm, recorder_files, universal, wav
+from . import lvm, recorder_files, universal
 from .clock import Sampled, rate_of, rate_of_times
 from .recording import Recording, Signal, is_known
 from .records import Samples
 
 LOADERS: Mapping[str, Callable[[Path, Iterable[str]], Sampled]] = {
-    content.WAV: wav.load,
+    content.WAV: recorder_files.load_wav,
     content.TDMS: recorder_files.load_tdms,
     content.MDF: recorder_files.load_mdf,
     content.LABVIEW: lvm.load,

@@ -1,11 +1,16 @@
-"""Files of data recorders: TDMS of LabVIEW, MDF of vehicle tests, by libraries that are extras."""
+"""Files of recorders: WAV, and TDMS of LabVIEW and MDF of vehicle tests by libraries as extras."""
 
+import os
+import struct
+import warnings
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.io import wavfile
 
+from ..._shared.errors import InputError
 from .. import _reader_process
 from .._gate import reading
 from .clock import Sampled, check_starts, rate_of_times
@@ -42,3 +47,44 @@ def _read(
     with reading(path, form, "Export it again."):
         needed = _reader_process.ReaderLibrary(library, extra)
         return _reader_process.run(_SCRIPT, path, needed, extra=extra)[:2]
+
+
+def load_wav(path: Path, names: Iterable[str]) -> Sampled:
+    """Read all channels as `channel 1` and so on; integers as shares of full scale, -1 to 1."""
+    _check_parts(path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", wavfile.WavFileWarning)  # a file that ends too early
+        warnings.filterwarnings("ignore", "Chunk .* not understood", wavfile.WavFileWarning)
+        rate, samples = wavfile.read(path)
+    columns = _shares(samples if samples.ndim == 2 else samples[:, None]).T
+    arrays = {f"channel {number}": column for number, column in enumerate(columns, 1)}
+    return Sampled(arrays, {}, dict.fromkeys(arrays, float(rate)))
+
+
+def _check_parts(path: Path) -> None:
+    """Refuse parts that do not follow each other, as where a recorder ended before it noted sizes.
+
+    Those of RF64 stand elsewhere, and are compared by SciPy.
+    """
+    length = path.stat().st_size
+    with path.open("rb") as file:
+        form, whole, _ = struct.unpack("<4sI4s", file.read(12))
+        while form == b"RIFF" and file.tell() < (whole + 8 if whole else length):
+            name, size = struct.unpack("<4sI", file.read(8))
+            left = length - file.tell()
+            readable = name.decode("latin-1").isprintable() and size <= left
+            if not readable or (name == b"data" and not size):
+                raise InputError(
+                    f"its part {name!r} announces {size} bytes and {left} are left in the file; as "
+                    "many as there are must be announced, since others would be lost without a "
+                    "word. Write the sizes anew: sox --ignore-length in.wav out.wav"
+                )
+            file.seek(size + size % 2, os.SEEK_CUR)
+
+
+def _shares(samples: np.ndarray) -> np.ndarray:
+    if samples.dtype.kind == "f":
+        return samples.astype(float)
+    half = 2.0 ** (8 * samples.dtype.itemsize - 1)
+    offset = half if samples.dtype.kind == "u" else 0.0  # 8 bits are stored without sign
+    return (samples - offset) / half

@@ -86,8 +86,7 @@ def thinned(curve: np.ndarray) -> np.ndarray:
     return np.unique(extremes)
 
 
-def decade_labels(panel: Axes, side: str = "y") -> None:
+def decade_labels(panel: Axes) -> None:
     """Write the numbers of a logarithmic axis as they are, without raised digits."""
-    axis: Any = panel.yaxis if side == "y" else panel.xaxis
-    axis.set_major_formatter(lambda value, _: f"{value:g}")
-    axis.set_minor_formatter(lambda value, _: "")
+    panel.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    panel.yaxis.set_minor_formatter(lambda value, _: "")

@@ -19,9 +19,6 @@ from ..report import RESPONSES
 MOST_CHANNELS = 3
 """Channel pairs that are drawn; those with the largest error before."""
 
-HEIGHT = 1.15
-"""Mean height of the panels of a pair, three of which stand on two printed pages [inch]."""
-
 
 def items(saved: Saved) -> Iterator[Item]:
     """Draw each channel pair: amplitude, phase, and the error with what explains it."""
