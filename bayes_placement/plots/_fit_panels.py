@@ -1,25 +1,15 @@
 """Panels of measured outputs, of what models predict and of the errors between them."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
 from .._shared.labels import AS_DRAWN
-from ..criticism.missing.ledger import Ledger
 from ._colours import AFTER, BEFORE, DATA, FLOOR, INK
 from ._figures import HALF_TURN, LOGARITHM, channels, in_decibels, phase_axis, unbroken
-
-Fits: TypeAlias = Ledger | Mapping[str, xr.Dataset]
-"""A ledger, or what its models predict by their names."""
-
-
-def fits_of(result: Fits) -> Mapping[str, xr.Dataset]:
-    """What models predict, by their names."""
-    return result.fits if isinstance(result, Ledger) else result
-
 
 DASHES = (0, (4, 2))
 """Style of the line of a model as drawn."""

@@ -24,7 +24,7 @@ from ._figures import (
     pages_of,
     panels,
 )
-from ._fit_panels import Fits, fits_of
+from ._fits import Fits, fits_of
 from ._plain_figure import WIDTH
 from ._residual_panels import draw_maps, height_of, in_bands
 

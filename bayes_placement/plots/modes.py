@@ -10,7 +10,7 @@ from .._shared.arguments import arguments_checked
 from .._shared.errors import InputError
 from ._colours import AFTER, BEFORE, DATA, FIFTH, FOURTH, INK
 from ._figures import PAGE, panels
-from ._fit_panels import Fits, fits_of
+from ._fits import Fits, fits_of
 from ._mode_panels import (
     Colours,
     draw_assurance,
