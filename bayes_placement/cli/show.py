@@ -16,7 +16,7 @@ from ..experiment.modal_parameters import ModalParameters
 from ..experiment.transducers import Transducer
 from ..io import formats, modal_parameters
 from ..io._gate import files_read
-from ..io._modal_files import holds_modal_parameters
+from ..io._modal_arrays import holds_modal_parameters
 from ..plots import measurement as measurement_plots
 from ..plots import structure as structure_plots
 from ..positions.bounds import position_text

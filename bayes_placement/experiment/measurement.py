@@ -306,7 +306,7 @@ class Measurement:
         For an H1 estimate of n averages with coherence g2 it is |H|^2 (1 - g2) / (n g2), circular
         complex Gaussian: half of it lies in the real part, half in the imaginary part. A coherence
         that scatters as an estimate by n averages does makes chi2 of a right model n / (n - 2): it
-        is pooled over neighbouring lines of the record (`pooled_variance`), with n - 1 for n.
+        is pooled over neighbouring lines of the record, with n - 1 for n.
 
         Returns
         -------

@@ -124,6 +124,7 @@ def log10(value: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
 
 @jax.custom_jvp
 def _log10_of_single(value: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
+    """In less than half of the time that the compiler takes: maps of information are made of it."""
     bits = jax.lax.bitcast_convert_type(value, jnp.int32)
     # The number is 2^n (1 + t), t about zero: n in the upper bits is taken away.
     exponent = (bits - _HALF_OCTAVE) & _EXPONENT

@@ -16,8 +16,15 @@ from .._shared.sites import Unknown
 from ..experiment.applied_effects import AppliedLaw
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
-from .batched_function import BATCH, BatchedFunction, distinct_rows, threaded_map
-from .batches import Form, batch, without_priors
+from .batches import (
+    BATCH,
+    BatchedFunction,
+    Form,
+    batch,
+    distinct_rows,
+    threaded_map,
+    without_priors,
+)
 from .coordinates import Coordinates
 from .standardised_residual import standardised_residual
 

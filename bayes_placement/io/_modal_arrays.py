@@ -2,14 +2,17 @@
 
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
 from .._shared.errors import InputError
 from ..experiment.modal_parameters import ModalParameters
 from ..positions.channel import Channel
+from . import _contents as content
 from . import arrays
+from .mapped._toml_fields import TomlTable, is_text, load
+from .uff import measured_modes
 
 _DEVIATION = re.compile(r"_?(deviation|std|sigma|sd)$")
 NAMES = {
@@ -33,7 +36,7 @@ def holds_modes(path: Path) -> bool:
     return FREQUENCY in names and (SHAPE in names or DAMPING in names)
 
 
-def load(path: Path, names: dict[int, str]) -> dict[str, Any]:
+def load_arrays(path: Path, names: dict[int, str]) -> dict[str, Any]:
     """Read arrays as arguments of `ModalParameters`, without deviations that are not there.
 
     Shapes are (channel, mode): columns are modes.
@@ -124,3 +127,84 @@ def _check_sizes(roles: dict[str, str], modes: int, values: dict[str, Any]) -> N
                 f"frequencies; {modes} columns are needed, one a mode, since shapes are (channel, "
                 "mode). Save it transposed."
             )
+
+
+TABLE, SUFFIX = "modal_parameters", ".toml"
+"""Table of a mapping that is about modal parameters, and the suffix of a mapping."""
+
+HEADING = "natural_frequency"
+"""Beginning of the name of a column that every table of modal parameters has."""
+
+DEVIATIONS = ("frequency_deviation", "damping_deviation", "shape_deviation")
+OF_ARRAYS = (content.MAT, content.MAT_HDF5, content.HDF5, content.NPZ)
+"""Files that may hold modal parameters as arrays by name."""
+
+PoleUnit = Literal["rad/s", "Hz"]
+"""Unit of the poles of complex modes."""
+
+_KNOWN = ("file", *DEVIATIONS, "names", "poles")
+
+
+class ModalMapping(NamedTuple):
+    """What a mapping says of modal parameters: the file, deviations, names, unit of poles."""
+
+    file: Path
+    deviations: dict[str, float]
+    names: dict[int, str]
+    poles: PoleUnit | None
+
+
+def holds_modal_parameters(path: Path) -> bool:
+    """Whether a file holds modal parameters and no FRFs, or is a mapping of such a file."""
+    if is_mapping(path):
+        return TABLE in load(path).content
+    if not path.is_file():
+        return False  # whoever reads it says so
+    kind = content.content_of(path)
+    if kind == content.UNIVERSAL:
+        return measured_modes.holds_modes_alone(path)
+    if kind in OF_ARRAYS:
+        return holds_modes(path)
+    return kind == content.TEXT and HEADING in content.head_of(path)
+
+
+def is_mapping(path: Path) -> bool:
+    """Whether a file is a mapping, by its suffix."""
+    return path.suffix.lower() == SUFFIX
+
+
+def read_mapping(path: Path) -> ModalMapping:
+    """Read the mapping of a file of modal parameters."""
+    table = load(path).table(TABLE)
+    if table is None:
+        raise InputError(
+            f"{path} has no table [{TABLE}]; one is needed, since it says of which file it is and "
+            f'how far values may be off: [{TABLE}] with file = "modes.uff" and '
+            "frequency_deviation = 0.001."
+        )
+    table.check_known(_KNOWN)
+    file = table.text("file", "modes.uff")
+    if file is None:
+        raise table.error("file", "the name of the file of modes", 'file = "modes.uff"')
+    deviations = {word: table.number(word, "0.01", 0.0) for word in DEVIATIONS}
+    return ModalMapping(
+        path.parent / file,
+        {word: value for word, value in deviations.items() if value is not None},
+        _names(table),
+        table.value("poles", get_args(PoleUnit).__contains__, "rad/s or Hz", 'poles = "Hz"'),
+    )
+
+
+def _names(table: TomlTable) -> dict[int, str]:
+    stated: dict[str, Any] = table.value("names", _are_names, "a table of names", _EXAMPLE) or {}
+    return {int(node): name for node, name in stated.items()}
+
+
+_EXAMPLE = 'names = { 11 = "s1", 12 = "s2" }'
+
+
+def _are_names(value: Any) -> bool:
+    """Whether a value says names by numbers of nodes."""
+    return isinstance(value, dict) and all(
+        node.isdecimal() and is_text(name) for node, name in value.items()
+    )

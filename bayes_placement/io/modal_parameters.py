@@ -12,7 +12,7 @@ from .._shared.errors import InputError
 from ..experiment.modal_parameters import ModalParameters
 from ..positions.channel import Channel, Channels
 from . import _contents as content
-from . import _modal_arrays, _modal_files
+from . import _modal_arrays
 from ._gate import existing, path_of, reading
 from .arrays import text
 from .uff import measured_modes
@@ -34,7 +34,7 @@ def read(
     damping_deviation: float | int | None = None,
     shape_deviation: float | int | None = None,
     names: Mapping[int, str] | None = None,
-    poles: _modal_files.PoleUnit | None = None,
+    poles: _modal_arrays.PoleUnit | None = None,
 ) -> ModalParameters:
     """Read modal parameters of a universal file (dataset 55), of arrays, or of a table by `write`.
 
@@ -108,8 +108,8 @@ def read(
     }
     relative = {name: value for name, value in stated.items() if value is not None}
     file = path_of(path)
-    if _modal_files.is_mapping(file):
-        mapping = _modal_files.read_mapping(file)
+    if _modal_arrays.is_mapping(file):
+        mapping = _modal_arrays.read_mapping(file)
         file, relative = mapping.file, mapping.deviations | relative
         names, poles = mapping.names | dict(names or {}), poles or mapping.poles
     for name, value in relative.items():
@@ -120,8 +120,8 @@ def read(
     with reading(file, form, "Export it again."):
         if kind == content.UNIVERSAL:
             known = measured_modes.load(file, names or {}, poles)
-        elif kind in _modal_files.OF_ARRAYS:
-            known = _modal_arrays.load(file, dict(names or {}))
+        elif kind in _modal_arrays.OF_ARRAYS:
+            known = _modal_arrays.load_arrays(file, dict(names or {}))
         elif kind in (content.TEXT, content.ABAQUS_MATRIX):
             known = _of_table(file)
         else:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bayes_placement.experiment import pooled_variance
+from bayes_placement.experiment import _noise_level
 
 LINES = np.arange(1.0, 401.0)
 FRF = 1 / np.abs(1 - (LINES / 120) ** 2 + 0.04j * LINES / 120) + 0.001  # 5 lines in its bandwidth
@@ -21,8 +21,8 @@ def drawn(random, repeats, parts):
 
 def pool(scatter, repeats, count=None):
     repeats = float(repeats)
-    count = count or pooled_variance.neighbours(repeats, 1.0)
-    return pooled_variance.pooled(scatter, FORCE, FRF, repeats, count)
+    count = count or _noise_level.neighbours(repeats, 1.0)
+    return _noise_level.pooled(scatter, FORCE, FRF, repeats, count)
 
 
 @pytest.mark.parametrize("parts", PARTS.values(), ids=PARTS)
@@ -63,9 +63,9 @@ def test_a_line_with_hum_keeps_its_own_and_its_neighbours_theirs():
 
 
 def test_many_repeats_need_no_neighbours():
-    assert pooled_variance.neighbours(200.0, 1.0) == 1
-    assert pooled_variance.neighbours(11.0, 1.0) == 11
-    assert pooled_variance.neighbours(11.0, 2.0) == 21
+    assert _noise_level.neighbours(200.0, 1.0) == 1
+    assert _noise_level.neighbours(11.0, 1.0) == 11
+    assert _noise_level.neighbours(11.0, 2.0) == 21
     scatter = np.random.default_rng(9).uniform(0.5, 2.0, LINES.size)
     assert pool(scatter, 200) is scatter
 
@@ -76,5 +76,5 @@ def test_no_scatter_at_all_stays_none():
 
 def test_the_unit_has_no_consequence():
     scatter = np.random.default_rng(10).gamma(4.0, 0.25, LINES.size)
-    other = pooled_variance.pooled(1e-18 * scatter, 1e6 * FORCE, 1e-9 * FRF, 5.0, 25)
+    other = _noise_level.pooled(1e-18 * scatter, 1e6 * FORCE, 1e-9 * FRF, 5.0, 25)
     np.testing.assert_allclose(other, 1e-18 * pool(scatter, 5, 25), rtol=1e-6)

@@ -6,8 +6,8 @@ import threading
 import numpy as np
 import pytest
 
-from bayes_placement.inference import batched_function
-from bayes_placement.inference.batched_function import BATCH, BatchedFunction
+from bayes_placement.inference import batches
+from bayes_placement.inference.batches import BATCH, BatchedFunction
 
 
 def squares_and_sums(points, factor):
@@ -29,7 +29,7 @@ def test_the_first_batch_is_alone_and_later_ones_meet(monkeypatch):
     """What is compiled at its first call is compiled once; then two batches run at once."""
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
     monkeypatch.setenv("PJRT_NPROC", "2")
-    batched_function._threads.cache_clear()
+    batches._threads.cache_clear()
     together, first = threading.Barrier(2, timeout=30), threading.Event()
 
     def met(points):
@@ -43,28 +43,25 @@ def test_the_first_batch_is_alone_and_later_ones_meet(monkeypatch):
     try:
         BatchedFunction(met).fill([np.zeros((3 * BATCH, 1))], np.zeros((3 * BATCH, 1)))
     finally:
-        batched_function._threads.cache_clear()
+        batches._threads.cache_clear()
 
 
 def test_beside_other_processes_there_are_no_threads(monkeypatch):
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
     monkeypatch.setenv("PJRT_NPROC", "1")
-    batched_function._threads.cache_clear()
+    batches._threads.cache_clear()
     try:
         main = threading.current_thread()
-        assert (
-            batched_function.threaded_map(lambda _: threading.current_thread(), [1, 2, 3])
-            == [main] * 3
-        )
+        assert batches.threaded_map(lambda _: threading.current_thread(), [1, 2, 3]) == [main] * 3
     finally:
-        batched_function._threads.cache_clear()
+        batches._threads.cache_clear()
 
 
 def test_on_a_single_core_there_are_no_threads(monkeypatch):
     monkeypatch.setattr(os, "cpu_count", lambda: 1)
-    batched_function._threads.cache_clear()
+    batches._threads.cache_clear()
     try:
-        assert batched_function._threads(os.getpid()) is None
-        assert batched_function.threaded_map(str, [1, 2, 3]) == ["1", "2", "3"]
+        assert batches._threads(os.getpid()) is None
+        assert batches.threaded_map(str, [1, 2, 3]) == ["1", "2", "3"]
     finally:
-        batched_function._threads.cache_clear()
+        batches._threads.cache_clear()

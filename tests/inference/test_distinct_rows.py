@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bayes_placement.inference.batched_function import distinct_rows
+from bayes_placement.inference.batches import distinct_rows
 
 
 @pytest.mark.parametrize("kind", [float, np.uint8, bool])

@@ -7,7 +7,7 @@ import scipy.io
 
 import bayes_placement as bp
 from bayes_placement._shared.errors import InputError
-from bayes_placement.io._modal_files import holds_modal_parameters
+from bayes_placement.io._modal_arrays import holds_modal_parameters
 from tests.io.uff.hand_typed import typed
 from tests.io.uff.test_modes import HAND_TYPED
 

@@ -11,8 +11,7 @@ from ..._shared.errors import InfeasibleError, InputError
 from ...experiment.experiment import Experiment
 from .._candidates import Candidates
 from ..running.evaluation import Evaluation
-from ._continuous_space import ContinuousSpace
-from ._search_region import SearchRegion, search_region
+from ._continuous_space import ContinuousSpace, SearchRegion, search_region
 from ._search_space import SearchSpace, Selection
 from .strategy import Search, Trials, trials_of_selections
 

@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float
 from scipy.special import logsumexp
 
-from .likeness import LEAST_ERROR
 from .mistaken_records import LEAST_ODDS, MISTAKEN
+from .mistakes import LEAST_ERROR
 from .record import Fault, Record, prior_responses
 from .rigid_body_line import KNOWN_FACTORS
 

@@ -12,8 +12,7 @@ from ...positions.channel import Channel
 from .._noise_level import FEWEST_LINES
 from ..observe import LogAmplitude
 from ..quantities import quantity_of
-from .likeness import like_nothing, log_likelihoods
-from .mistakes import AS_GIVEN, Mistake, Records, mistakes, swapped
+from .mistakes import AS_GIVEN, Mistake, Records, like_nothing, log_likelihoods, mistakes, swapped
 from .record import Fault, Pair, Record, prior_responses
 
 MISTAKEN = 0.01

@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from ._changed_data import Changed, changed_data
-from ._column_groups import ColumnGroups, column_groups
+from ._column_groups import Changed, ColumnGroups, changed_data, column_groups
 
 STEP = 1e-6
 """Step of differences, in prior standard deviations."""

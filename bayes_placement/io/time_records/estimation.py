@@ -10,7 +10,7 @@ from jaxtyping import Complex
 
 from ..._shared.arguments import check_annotated, check_count, check_kind, shown
 from ..._shared.errors import InputError, warn
-from ...experiment import pooled_variance
+from ...experiment import _noise_level
 from ...experiment._measurement_checks import band as check_band
 from ...experiment.measurement import Measurement
 from ...positions.channel import Channel, Channels
@@ -206,10 +206,8 @@ def _of_sensor(
     total = estimators.summed(repeats)
     response = function(total)
     scatter = estimators.scatter(function, repeats, spectra.averages)
-    count = neighbours or pooled_variance.neighbours(spectra.averages, spectra.correlated_lines)
-    variance = pooled_variance.pooled(
-        scatter, total.force, np.abs(response), spectra.averages, count
-    )
+    count = neighbours or _noise_level.neighbours(spectra.averages, spectra.correlated_lines)
+    variance = _noise_level.pooled(scatter, total.force, np.abs(response), spectra.averages, count)
     return np.array([response, estimators.coherence(total), scatter, variance])
 
 

@@ -19,7 +19,7 @@ from bayes_placement.criticism.missing._held_out import (
     scores,
 )
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
-from bayes_placement.inference.batched_function import BATCH
+from bayes_placement.inference.batches import BATCH
 from bayes_placement.inference.residuals import Problem
 from bayes_placement.inference.residuals_of_state import State
 from tests.criticism.small import MASS, TRUTH, experiment, measured, without_coherence

@@ -8,8 +8,7 @@ import numpyro.distributions as dist
 import pytest
 
 from bayes_placement.effects.instrument_effect import InstrumentEffect
-from bayes_placement.inference.engines._changed_data import Changed, changed_data
-from bayes_placement.inference.engines._column_groups import column_groups
+from bayes_placement.inference.engines._column_groups import Changed, changed_data, column_groups
 from bayes_placement.inference.residuals import Problem
 from tests.criticism.small import experiment, measured
 

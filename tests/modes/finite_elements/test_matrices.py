@@ -7,7 +7,7 @@ from scipy.sparse import csc_array, diags_array, load_npz
 
 from bayes_placement.modes.finite_elements.matrices import Matrices
 from bayes_placement.modes.finite_elements.matrices import _eigenmodes as eigenmodes
-from bayes_placement.modes.finite_elements.matrices import _rigid_body as rigid_body
+from bayes_placement.modes.finite_elements.matrices import _static_flexibility as statics
 from bayes_placement.modes.finite_elements.matrices._elimination_order import nested_dissection
 from bayes_placement.modes.finite_elements.matrices._symmetric_factor import factorised
 from tests.modes.finite_elements.dense_receptance import dense_receptance
@@ -195,23 +195,23 @@ def test_a_free_block_has_six_rigid_body_modes(block):
 
 def test_rigid_body_fields_need_no_force(block):
     place = block.position[block.node_index]
-    fields = rigid_body.geometric_fields(place, block.dof[:, 1])
+    fields = statics.geometric_fields(place, block.dof[:, 1])
     assert np.abs(block.stiffness @ fields).max() < 1e-12 * np.abs(block.stiffness).max()
-    assert rigid_body.free_fields(block.stiffness, fields, fields[:0]).shape == (len(place), 6)
+    assert statics.free_fields(block.stiffness, fields, fields[:0]).shape == (len(place), 6)
 
 
 def test_rotations_take_part_in_rigid_body_fields(held_plate):
     place = held_plate.position[held_plate.node_index]
-    fields = rigid_body.geometric_fields(place, held_plate.dof[:, 1])
-    assert rigid_body.free_fields(held_plate.stiffness, fields, fields[:0]).shape == (len(place), 3)
+    fields = statics.geometric_fields(place, held_plate.dof[:, 1])
+    assert statics.free_fields(held_plate.stiffness, fields, fields[:0]).shape == (len(place), 3)
 
 
 def test_handed_over_models_move_as_rigid_bodies_once_nothing_holds_them(handed_over):
     model, _ = handed_over
     place = model.position[model.node_index]
-    fields = rigid_body.geometric_fields(place, model.dof[:, 1])
+    fields = statics.geometric_fields(place, model.dof[:, 1])
     expected = 6 if len(place) == 438 else 3
-    assert rigid_body.free_fields(model.stiffness, fields, fields[:0]).shape[1] == expected
+    assert statics.free_fields(model.stiffness, fields, fields[:0]).shape[1] == expected
 
 
 def test_supports_leave_the_motions_that_they_do_not_hold(block):

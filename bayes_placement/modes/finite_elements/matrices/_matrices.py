@@ -16,11 +16,15 @@ from ..modal_model import ModalModel
 from . import _dynamic_stiffness as dynamic_stiffness
 from . import _eigenmodes as eigenmodes
 from . import _matrix_checks as checks
-from . import _rigid_body as rigid_body
 from ._affine import Affine
 from ._elimination_order import nested_dissection
 from ._reduced_basis import ReducedBasis, reduced_basis
-from ._static_flexibility import StaticFlexibility, static_flexibility
+from ._static_flexibility import (
+    StaticFlexibility,
+    free_fields,
+    geometric_fields,
+    static_flexibility,
+)
 
 Sparse = Any
 """A SciPy sparse matrix or array of any format, or a dense array."""
@@ -326,11 +330,11 @@ class Matrices:
     def flexibility(self) -> StaticFlexibility:
         """Factorised stiffness on the rows that may move, in the order of elimination."""
         order = self._order
-        fields = rigid_body.geometric_fields(self.position[self.node_index], self.dof[:, 1])
+        fields = geometric_fields(self.position[self.node_index], self.dof[:, 1])
         stiffness, mass = (
             csc_array(matrix[order][:, order]) for matrix in (self.stiffness, self.mass)
         )
-        unforced = rigid_body.free_fields(stiffness, fields[order], fields[self.fixed])
+        unforced = free_fields(stiffness, fields[order], fields[self.fixed])
         return static_flexibility(stiffness, mass, unforced, self.dof[order, 1])
 
     @cached_property
