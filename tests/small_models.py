@@ -4,7 +4,8 @@ Independent of bayes_placement.
 """
 
 import numpy as np
-from scipy.sparse import csr_matrix, diags_array
+from scipy.sparse import csc_matrix, csr_matrix, diags_array
+from scipy.sparse.linalg import eigsh
 from skfem import Basis, BilinearForm, ElementHex1, ElementQuadBFS, ElementVector, MeshHex, MeshQuad
 from skfem.helpers import dd, ddot, dot, eye, trace
 from skfem.models.elasticity import lame_parameters, linear_elasticity
@@ -104,3 +105,10 @@ class Plate:
 
     def _turned(self, matrix):
         return csr_matrix(self.turn @ matrix @ self.turn)
+
+
+def lowest_frequencies(system, count):
+    """Lowest natural frequencies [Hz] of matrices without rigid-body modes."""
+    stiffness, mass = (csc_matrix(matrix) for matrix in system[:2])
+    values = eigsh(stiffness, count, mass, sigma=0.0, return_eigenvectors=False)
+    return np.sqrt(np.sort(values)) / (2 * np.pi)

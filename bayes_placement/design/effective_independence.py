@@ -17,7 +17,7 @@ from .._shared.errors import InputError
 from .._shared.reprs import notebook_html
 from ..experiment.experiment import Experiment
 from ..experiment.transducers import Transducer
-from ..modes.modes import Modes
+from ..modes.modes import Modes, frequencies_of
 from ..positions.bounds import position_text
 from ..positions.places import Cartesian
 from ._candidates import Candidates, candidates
@@ -206,13 +206,8 @@ def _shapes_at(sensor: Transducer, modes: Modes, places: Any) -> Any:
     return jax.vmap(shapes)(places)
 
 
-@compiled
-def _natural_frequencies(modes: Modes) -> Any:
-    return modes.natural_frequency
-
-
 def _in_band(experiment: Experiment, modes: Modes) -> np.ndarray:
-    natural = np.asarray(_natural_frequencies(modes))
+    natural = frequencies_of(modes)
     low, high = np.min(experiment.frequency), np.max(experiment.frequency)
     inside = np.flatnonzero((natural >= low) & (natural <= high))
     if not inside.size:

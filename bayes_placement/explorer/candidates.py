@@ -57,7 +57,7 @@ def added(
     for candidate in numbers if at is not None else [*numbers][:1]:
         stated = {"kind": kind, "candidate": candidate, "name": name}
         together = with_stated(experiment, [stated])
-        values = _begin(together, name) | _at(together, name, at)
+        values = _begin(together, name) | placed_at(together, name, at)
         choices.append((_distance(together, name, values, at), Added(stated, values)))
     if not choices:
         raise InputError(
@@ -65,11 +65,6 @@ def added(
             "another one is needed, since it cannot act on what the model declares."
         )
     return min(choices, key=lambda choice: choice[0])[1]
-
-
-def placed_at(experiment: Experiment, name: str, at: Position) -> dict[str, float]:
-    """Return values of the place of an effect that are nearest to a position [m]."""
-    return _at(experiment, name, at)
 
 
 def _effect(experiment: Experiment, name: str) -> Any:
@@ -97,8 +92,8 @@ def _begin(experiment: Experiment, name: str) -> dict[str, float]:
     }
 
 
-def _at(experiment: Experiment, name: str, at: Position | None) -> dict[str, float]:
-    """Values of the place of an effect nearest to a position; none where it has no place."""
+def placed_at(experiment: Experiment, name: str, at: Position | None) -> dict[str, float]:
+    """Values of the place of an effect nearest to a position [m]; none where it has no place."""
     effect = _effect(experiment, name)
     if at is None or not is_placed(effect):
         return {}

@@ -6,7 +6,7 @@ import numpy as np
 from ansys.mapdl import reader
 from ansys.mapdl.reader.full import FullFile
 
-HEADER_RECORD, HEADER_LENGTH, RECORD_MARKS = 103, 100, 3
+THIRD_RECORD = 103 + 100 + 3  # behind the header: its place, its length, marks of the record
 TRANSLATIONS = [1, 2, 3]
 
 
@@ -28,7 +28,7 @@ def _matrices(file: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     dof, stiffness, mass = file.load_km(sort=True)
     if stiffness is None or mass is None:
         raise RefusedAnsysFile("it holds no stiffness or no mass; write it in a modal analysis")
-    known = [int(number) for number in file.read_record(_third_record())[: int(header["numdof"])]]
+    known = [int(number) for number in file.read_record(THIRD_RECORD)[: int(header["numdof"])]]
     counts = {int(count) for count in file.ndof}
     complete = counts <= {len(known)} or (counts <= {3, len(known)} and known[:3] == TRANSLATIONS)
     if not complete:
@@ -39,11 +39,6 @@ def _matrices(file: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         arrays[f"{name} column"] = matrix.col.astype(np.int64)
         arrays[f"{name} value"] = matrix.data
     return arrays, {"units": str(file._standard_header["units"])}
-
-
-def _third_record() -> int:
-    """Place of the record with the numbers of the degrees of freedom, behind the header."""
-    return HEADER_RECORD + HEADER_LENGTH + RECORD_MARKS
 
 
 def _modes(file: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:

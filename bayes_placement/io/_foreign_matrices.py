@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import scipy.sparse
-from jaxtyping import Float, Int
+from jaxtyping import Int
 
 from .._shared.arguments import finite_number
 from .._shared.errors import InputError
@@ -57,12 +57,3 @@ def _check_rows(path: Path, dof: Rows) -> None:
             "nodes from 1 are needed (x, y, z, rx, ry, rz), since the structure moves and turns "
             "only. Leave internal nodes, pressures and temperatures out of the matrices."
         )
-
-
-def lowest_frequencies(system: SystemMatrices, count: int) -> Float[np.ndarray, "mode"]:
-    """Lowest natural frequencies [Hz] of matrices without rigid-body modes."""
-    from scipy.sparse.linalg import eigsh
-
-    stiffness, mass = (scipy.sparse.csc_matrix(matrix) for matrix in system[:2])
-    values = eigsh(stiffness, count, mass, sigma=0.0, return_eigenvectors=False)
-    return np.sqrt(np.sort(values)) / (2 * np.pi)

@@ -28,7 +28,8 @@ class NpzArchive:
     def __init__(self, path: Path, contents: str):
         self.path, self.contents = existing(path, f"a .npz file of {contents}"), contents
         with path.open("rb") as handle:
-            self._members = {_array_name(member): member for member in self._directory(handle)}
+            members = self._directory(handle)
+        self._members = {member.filename.removesuffix(".npy"): member for member in members}
 
     @property
     def names(self) -> list[str]:
@@ -66,10 +67,6 @@ class NpzArchive:
             f"{self.path} cannot be read as .npz ({reason}); named arrays are needed, for "
             f"{self.contents}. Write them again with numpy.savez, or copy the file once more."
         )
-
-
-def _array_name(member: zipfile.ZipInfo) -> str:
-    return member.filename.removesuffix(".npy")
 
 
 def _fault(member: zipfile.ZipInfo) -> str:

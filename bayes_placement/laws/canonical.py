@@ -3,7 +3,7 @@
 import json
 from collections.abc import Sequence
 
-from .law import Law, Tree
+from .law import Tree
 
 MERGING = frozenset("kcmh")
 """Letters of which two in one group are one element; springpots differ by their orders,
@@ -25,14 +25,6 @@ def canonical(tree: Tree) -> Tree:
     sign, *parts = tree
     flat = [inner for part in parts for inner in _joining(sign, canonical(part))]
     return group(sign, _merged(flat))
-
-
-def same_form(law: Law, other: Law) -> bool:
-    """Whether two networks are one, whatever the order and grouping of their elements.
-
-    Their numbers are not compared.
-    """
-    return canonical(law.tree()) == canonical(other.tree())
 
 
 def group(sign: str, parts: Sequence[Tree]) -> Tree:

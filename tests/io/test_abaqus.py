@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 import bayes_placement as bp
 from bayes_placement.io import abaqus
-from bayes_placement.io._foreign_matrices import lowest_frequencies
 from tests.io.test_properties import (
     CHANGES,
     LONG,
@@ -21,7 +20,7 @@ from tests.io.test_properties import (
     symmetric_matrices,
     valid,
 )
-from tests.small_models import free_beam, solid
+from tests.small_models import free_beam, lowest_frequencies, solid
 
 STEEL_LENGTH, HEIGHT, MODULUS, DENSITY = 1.0, 0.02, 2.1e11, 7850.0
 

@@ -10,7 +10,7 @@ from scipy.sparse.linalg import eigsh
 
 from bayes_placement._shared.errors import MissingExtraError
 from bayes_placement.io import _reader_process, ansys
-from bayes_placement.io._foreign_matrices import lowest_frequencies
+from tests.small_models import lowest_frequencies
 
 needs_ansys = pytest.mark.skipif(
     not _reader_process.is_installed("ansys.mapdl.reader"),

@@ -240,19 +240,16 @@ def _contradiction(
 
 def _channels_rule(side: str, transducers: list[RecordedTransducer]) -> FieldRule:
     recorded = [[channel.name, channel.direction] for channel in _channels(transducers)]
+    needed = sorted(map(repr, recorded))
     return FieldRule(
         f"each channel of `{side}` once, [id, direction],",
         recorded,
-        lambda value: isinstance(value, list) and sorted(map(repr, value)) == _sorted(recorded),
+        lambda value: isinstance(value, list) and sorted(map(repr, value)) == needed,
     )
 
 
 def _channels(transducers: list[RecordedTransducer]) -> list[Channel]:
     return [channel for transducer in transducers for channel in transducer.channels]
-
-
-def _sorted(channels: list[list[Any]]) -> list[str]:
-    return sorted(map(repr, channels))
 
 
 def _levels(levels: list[float] | None) -> tuple[float, ...] | None:

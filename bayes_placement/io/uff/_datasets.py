@@ -222,20 +222,14 @@ def _check_between(content: bytes, path: Path, blocks: int) -> None:
     A dataset of which a delimiter is lost has a line with numbers alone, or bytes that are no text.
     """
     stray = content.strip(_NOTHING)
-    lines = stray.decode("latin-1").splitlines()
-    if all(
-        line.isprintable() and not _ONLY_NUMBERS.fullmatch(line) for line in map(_tabless, lines)
-    ):
+    lines = stray.decode("latin-1").replace("\t", " ").splitlines()
+    if all(line.isprintable() and not _ONLY_NUMBERS.fullmatch(line) for line in lines):
         return
     raise MeasurementFileError(
         f"{path} holds {stray[:40]!r} outside of its datasets, after {blocks} of them; only lines "
         "of words may stand there, since a delimiter (-1 in columns 5 and 6) is missing and a "
         "dataset would be skipped. Export the file again."
     )
-
-
-def _tabless(line: str) -> str:
-    return line.replace("\t", " ")
 
 
 def _line(data: Any, start: int) -> tuple[bytes, int]:
