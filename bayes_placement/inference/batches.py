@@ -112,16 +112,19 @@ def batch(experiment: Experiment, values: Float[Array, "point number"]) -> Batch
 BATCH = 8
 """Points evaluated together: more cost memory, fewer cost compiled calls."""
 
+OF_MANY_UNKNOWNS = 32
+"""The same where slopes are taken along a hundred unknowns of a model error."""
+
 
 class BatchedFunction:
     """A function of batches of points, at any number of them.
 
-    It maps points [BATCH, unknown] and further arguments to arrays [BATCH, ...], and is compiled at
+    It maps points [size, unknown] and further arguments to arrays [size, ...], and is compiled at
     its first call.
     """
 
-    def __init__(self, function: Callable[..., tuple[Any, ...]]):
-        self._function = function
+    def __init__(self, function: Callable[..., tuple[Any, ...]], size: int = BATCH):
+        self._function, self._size = function, size
         self._is_compiled = False
 
     def fill(
@@ -132,7 +135,7 @@ class BatchedFunction:
     ) -> None:
         """Write what the function returns into arrays [point, ...]: nothing is copied twice."""
         write = functools.partial(self._write, arrays, points, arguments)
-        begins = range(0, len(points), BATCH)
+        begins = range(0, len(points), self._size)
         if begins and not self._is_compiled:  # alone, since two threads would both compile
             write(begins[0])
             self._is_compiled, begins = True, begins[1:]
@@ -145,10 +148,10 @@ class BatchedFunction:
         arguments: tuple[Any, ...],
         begin: int,
     ) -> None:
-        batch = points[begin : begin + BATCH]
-        padded = np.concatenate([batch, np.repeat(batch[-1:], BATCH - len(batch), axis=0)])
+        batch = points[begin : begin + self._size]
+        padded = np.concatenate([batch, np.repeat(batch[-1:], self._size - len(batch), axis=0)])
         for array, values in zip(arrays, self._function(padded, *arguments), strict=True):
-            array[begin : begin + BATCH] = np.asarray(values)[: len(batch)]
+            array[begin : begin + self._size] = np.asarray(values)[: len(batch)]
 
 
 MOST_AT_ONCE = 4
