@@ -3,6 +3,7 @@
 import { element, make, number } from "./look.js";
 
 const STEPS = 1000;
+const REST = 800; // [ms] after the last press of a key
 const FOLDED = ["sensor", "actuator", "noise"];
 const TITLES = { modes: "Structure", damping: "Damping", structure: "Structure", noise: "Noise", sensor: "Sensor", actuator: "Actuator" };
 
@@ -68,7 +69,13 @@ class Row {
     this.range = make("input", { type: "range", min: 0, max: slider.is_whole ? slider.high - slider.low : STEPS, step: 1, "aria-label": label });
     this.number = make("input", { type: "text", inputmode: "decimal", "aria-label": `${label} in ${slider.unit || "1"}` });
     this.range.addEventListener("input", () => this.moved(false));
-    this.range.addEventListener("change", () => this.moved(true));
+    this.range.addEventListener("change", () => (this.isByKey ? this.rest() : this.moved(true)));
+    this.range.addEventListener("pointerdown", () => (this.isByKey = false));
+    this.range.addEventListener("keydown", (event) => {
+      this.isByKey = true;
+      if (event.ctrlKey || event.metaKey) this.end();
+    });
+    this.range.addEventListener("blur", () => this.end());
     this.number.addEventListener("input", () => (this.isTyped = true)); // not to be replaced meanwhile
     this.number.addEventListener("change", () => this.typed());
     const track = make("div", { class: "track" }, density(slider.density), this.range);
@@ -99,6 +106,19 @@ class Row {
     this.isHeld = !isEnd;
     this.number.value = number(value * this.slider.factor);
     this.act[isEnd ? "set" : "preview"]({ [this.slider.name]: value });
+  }
+
+  /** Presses of a key that follow each other are one step, as one drag is. */
+  rest() {
+    clearTimeout(this.resting);
+    this.resting = setTimeout(() => this.end(), REST);
+  }
+
+  end() {
+    if (this.resting === undefined) return;
+    clearTimeout(this.resting);
+    this.resting = undefined;
+    this.moved(true);
   }
 
   typed() {

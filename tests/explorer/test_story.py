@@ -141,11 +141,17 @@ def test_numbers_are_typed_and_a_killed_program_is_taken_up_again(tmp_path, brow
         page.locator("fieldset.effect").wait_for()
         page.locator("#parameters summary").focus()
         page.keyboard.press("Enter")
+        steps = page.locator("#steps li").count()
+        page.get_by_role("slider", name="youngs modulus").focus()
+        for _ in range(5):
+            page.keyboard.press("ArrowRight")
+        page.locator("#steps li").nth(steps).wait_for()
         for label, value in TRUTH.items():
             field = page.get_by_role("textbox", name=label)
             field.fill(value)
             field.press("Enter")
         is_shown(page, "#chi2", r"^\d\.\d\d$")
+        assert page.locator("#steps li").count() == steps + 1 + len(TRUTH)  # keys are one
         before = chi2(page)
         assert before < 10
         port = re.search(r":(\d+)/", address)[1]
