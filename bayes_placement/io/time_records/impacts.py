@@ -16,6 +16,40 @@ from . import overload
 from .estimate import Excitation, Spectra, lines
 from .records import FEWEST_SAMPLES, Records, Samples, positive
 
+AUTOMATIC = 0.1
+"""Share of the greatest force of a record at which a hit begins, where no force is stated."""
+
+DEVIATIONS = 6.0
+"""Deviations of the noise before a hit that a second peak of the force exceeds."""
+
+
+class Hit(NamedTuple):
+    """A hit in a record: the sample at which it begins, and those that belong to it."""
+
+    record: int
+    onset: int
+    part: slice
+
+    def quiet(self, before: int | None) -> int:
+        """Samples at its beginning that hold noise only: half of those before the force."""
+        lead = self.onset - self.part.start
+        return (lead if before is None else min(lead, before)) // 2
+
+
+def hit_per_record(records: Records) -> list[Hit]:
+    """Return a hit for each record, with all samples of it."""
+    return [
+        Hit(number, onset(force), slice(0, force.size))
+        for number, force in enumerate(records.force)
+    ]
+
+
+def onset(force: Samples) -> int:
+    """Sample at which the force passes a tenth of its greatest value."""
+    size = np.abs(force - np.median(force))
+    return int(np.argmax(size >= AUTOMATIC * size.max()))
+
+
 DECAYED = 0.01
 """Share of its greatest size to which a response has to decay until the end of its record."""
 
@@ -240,40 +274,6 @@ def _undecayed(
             "errs the resonances. Record longer, or take an exponential window: "
             f"Impacts(time_constant={window.size / records.rate / 5:.2g})."
         )
-
-
-AUTOMATIC = 0.1
-"""Share of the greatest force of a record at which a hit begins, where no force is stated."""
-
-DEVIATIONS = 6.0
-"""Deviations of the noise before a hit that a second peak of the force exceeds."""
-
-
-class Hit(NamedTuple):
-    """A hit in a record: the sample at which it begins, and those that belong to it."""
-
-    record: int
-    onset: int
-    part: slice
-
-    def quiet(self, before: int | None) -> int:
-        """Samples at its beginning that hold noise only: half of those before the force."""
-        lead = self.onset - self.part.start
-        return (lead if before is None else min(lead, before)) // 2
-
-
-def hit_per_record(records: Records) -> list[Hit]:
-    """Return a hit for each record, with all samples of it."""
-    return [
-        Hit(number, onset(force), slice(0, force.size))
-        for number, force in enumerate(records.force)
-    ]
-
-
-def onset(force: Samples) -> int:
-    """Sample at which the force passes a tenth of its greatest value."""
-    size = np.abs(force - np.median(force))
-    return int(np.argmax(size >= AUTOMATIC * size.max()))
 
 
 def over_trigger(records: Records, trigger: float | None, before: int, length: int) -> list[Hit]:
