@@ -104,7 +104,7 @@ def _run(path: Path) -> ModuleType:
         raise InputError(f"{path} is {what}. Give one that defines `experiment`: models/bar.py.")
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
-    with _folder_on_import_path(path.resolve().parent), guarded(path.resolve()):
+    with _folder_on_import_path(path.resolve().parent), _guarded(path.resolve()):
         spec.loader.exec_module(module)
     # Other processes cannot import it by its name: they get its classes and functions as they are.
     for defined in (module, *_imported()):
@@ -186,7 +186,7 @@ ENDS = ("_exit", "abort", "execv", "execve")
 
 
 @contextmanager
-def guarded(path: Path) -> Iterator[None]:
+def _guarded(path: Path) -> Iterator[None]:
     """Run a model file so that it leaves the program as it was.
 
     The folder, standard output and error, filters of warnings and errors of NumPy are as before. A
