@@ -11,6 +11,7 @@ from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.ranking import Ranking
 from ..criticism.reach.reach import Reach
 from ..io.laws import SIDES
+from ..plots import ledger as ledger_plots
 from ..plots import reach as plots
 from ..plots.report._style import look
 from ..plots.report._svg import as_file, svg_of
@@ -61,13 +62,23 @@ def write_reach(result: Ledger | Ranking, run: Run) -> None:
         run.law("law.unv", law)
 
 
-def draw_reach(result: Ledger | Ranking, inputs: Inputs, run: Run) -> None:
-    """Draw both curves and the law as measured, for a reader and for a report."""
-    reach, port = result.reach, result.port
+def picture_of_where(result: Ledger | Ranking) -> str:
+    """Name of the picture of where something may act: by any law, or else by each effect."""
+    return "suspicion.png" if result.reach is None else "reach.png"
+
+
+def draw_where(result: Ledger | Ranking, inputs: Inputs, run: Run) -> None:
+    """Draw both curves and the law as measured, for a reader and for a report.
+
+    Where no law was read, draw how strongly the data support each effect at each place.
+    """
+    reach, port, drawn = result.reach, result.port, inputs.experiment
     if reach is None:
+        name = picture_of_where(result)
+        run.figures(lambda: {name: ledger_plots.suspicion(result, experiment=drawn)})
         return
     drawings: dict[str, Callable[[], Figure]] = {
-        "reach": lambda: plots.curves(reach, experiment=inputs.experiment),
+        "reach": lambda: plots.curves(reach, experiment=drawn),
         "law": lambda: plots.law(reach, acts_on=port),
     }
     for name, draw in drawings.items():

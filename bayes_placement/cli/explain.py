@@ -6,7 +6,7 @@ from ..plots import ledger as plots
 from ._findings import FINDINGS, of_result, where_next
 from ._inputs import Inputs
 from ._missing_effects import Request
-from ._reach import draw_reach, in_full, show_reach, write_reach
+from ._reach import draw_where, in_full, show_reach, write_reach
 from ._run import Run
 
 
@@ -41,9 +41,6 @@ def _write(ranking: Ranking, inputs: Inputs, run: Run) -> list[str]:
     run.table("suspicion.csv", ranking.suspicion, index=False)
     write_reach(ranking, run)
     run.tree(FINDINGS, kept)
-    draw_reach(ranking, inputs, run)
-    run.figures(
-        lambda: {"suspicion.png": plots.suspicion(ranking, experiment=inputs.experiment)},
-        lambda: {"probabilities.png": plots.probabilities(ranking)},
-    )
+    draw_where(ranking, inputs, run)
+    run.figures(lambda: {"probabilities.png": plots.probabilities(ranking)})
     return following

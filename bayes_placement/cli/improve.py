@@ -22,7 +22,7 @@ from ._inputs import Inputs
 from ._missing_effects import Request
 from ._next_command import command_on
 from ._posterior import infer_posterior, named_method
-from ._reach import draw_reach, in_full, show_reach, write_reach
+from ._reach import draw_where, in_full, picture_of_where, show_reach, write_reach
 from ._run import Run, numbered
 from ._save import CompletedModel
 from ._terminal import Screen
@@ -53,7 +53,7 @@ def _run_one(request: Request, inputs: Inputs) -> int:
         _save(request.save, ledger, inputs)
     folder = inputs.run.folder
     _baseline_first(request, ledger, screen)
-    screen.text(f"Suspicion along the structure: {folder / 'suspicion.png'}")
+    screen.text(f"Where something may act: {folder / picture_of_where(ledger)}")
     screen.text(f"Response and error before and after: {folder / FITS}")
     return inputs.run.finish(screen, verdict, ledger.to_json(), passed=not ledger.unexplained)
 
@@ -126,10 +126,9 @@ def write(ledger: Ledger, inputs: Inputs, run: Run) -> list[str]:
     run.table("suspicion.csv", ledger.suspicion, index=False)
     write_reach(ledger, run)
     run.tree(FINDINGS, kept)
-    draw_reach(ledger, inputs, run)
+    draw_where(ledger, inputs, run)
     run.figures(
         lambda: {"error_falls.png": plots.error_falls(ledger)},
-        lambda: {"suspicion.png": plots.suspicion(ledger, experiment=inputs.experiment)},
         lambda: {"probabilities.png": plots.probabilities(ledger)},
         lambda: _before_and_after(kept),
         lambda: residual_maps(kept),

@@ -20,10 +20,14 @@ def main():
     study = bp.io.model.read(MODEL)
     candidates = bp.effects.library(study.experiment)
     ledger = bp.improve(study.experiment, study.measurement, candidates=candidates)
-    for draw in (bp.plots.ledger.suspicion, bp.plots.ledger.error_falls):
+    figures = {
+        "reach": bp.plots.reach.curves(ledger.reach, experiment=study.experiment),
+        "error_falls": bp.plots.ledger.error_falls(ledger),
+    }
+    for name, figure in figures.items():
         png = io.BytesIO()
-        draw(ledger).savefig(png, dpi=DPI)
-        (DOCS / "figures" / f"{draw.__name__}.png").write_bytes(small(png.getvalue()))
+        figure.savefig(png, dpi=DPI)
+        (DOCS / "figures" / f"{name}.png").write_bytes(small(png.getvalue()))
 
 
 if __name__ == "__main__":
