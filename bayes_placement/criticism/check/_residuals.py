@@ -13,7 +13,6 @@ from ..._shared.errors import InputError
 from ..._shared.labels import FORCE_LEVEL
 from ...inference.output_residuals import Chosen, Residuals, levels_of, output_residuals
 
-BAND = (0.05, 0.95)
 LINES_OF_BAND = 5
 """Fewest lines of a frequency band, where there are more bands than one."""
 
@@ -71,12 +70,6 @@ def groupings(data: Residuals, bands: int) -> dict[str, Grouping]:
         labels = {FORCE_LEVEL: (FORCE_LEVEL, levels, {"units": "N"})}
         groupings[FORCE_LEVEL] = Grouping((FORCE_LEVEL,), labels, number[line], (levels.size,))
     return groupings
-
-
-def band_of(draws: Any, axis: int = 0) -> tuple[Any, Any, Any]:
-    """Median and 5 % and 95 % quantiles over draws."""
-    low, median, high = np.quantile(draws, [BAND[0], 0.5, BAND[1]], axis=axis)
-    return median, low, high
 
 
 def _check(posterior: xr.DataTree) -> None:

@@ -8,7 +8,8 @@ from ..._shared.errors import InputError
 from ...inference.chi2 import LEVEL
 from ...inference.output_residuals import Residuals, response_when_exact
 from ...inference.results import data_faults_of
-from . import _edges, _model_error, _noise, correlation, discrepancy
+from . import _edges, _model_error, _noise, discrepancy
+from ._frf_correlations import correlations
 from ._residuals import Grouping, groupings, residuals
 from ._statistics import Statistics
 from .misfit import Misfit
@@ -74,7 +75,7 @@ def check(posterior: xr.DataTree, *, level: float = LEVEL, bands: int = 8) -> Mi
         groups={name: _corrected(table, noise_known) for name, table in tables.items()},
         response=_response(data),
         edges=_edges.edges(posterior),
-        correlation=correlation.correlations(data),
+        correlation=correlations(data),
         discrepancy=discrepancy.of(data),
         level=level,
         noise_known=noise_known,

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from bayes_placement.criticism.check import correlation
+from bayes_placement.criticism.check._frf_correlations import MOST_LINES, correlations
 from bayes_placement.criticism.check._residuals import residuals
 
 RANDOM = np.random.default_rng(2)
@@ -85,7 +86,7 @@ def test_what_vanishes_is_like_nothing():
 def test_of_a_result_the_lines_measured_count(correct_model):
     tree = correct_model(0, shape=(2, 1, 2, 100), draws=20)
     tree["observed_data"]["measured"][0, 0, :, 40:] = np.nan
-    table = correlation.correlations(residuals(tree))
+    table = correlations(residuals(tree))
     measured, draws = (
         tree[group][name].transpose(..., "part", "sensor", "actuator", "frequency").values
         for group, name in (("observed_data", "measured"), ("posterior_predictive", "response"))
@@ -93,13 +94,13 @@ def test_of_a_result_the_lines_measured_count(correct_model):
     frf, computed = measured[0] + 1j * measured[1], draws[0, :, 0] + 1j * draws[0, :, 1]
     cosines = [cosine(frf[0, 0, :40], draw[0, 0, :40]) for draw in computed]
     assert float(table["frac"][0, 0]) == pytest.approx(np.median(cosines))
-    assert table["fdac"].shape == (correlation.MOST_LINES,) * 2
+    assert table["fdac"].shape == (MOST_LINES,) * 2
     assert table["measured_line"].attrs["units"] == "Hz"
 
 
 def test_logarithms_are_compared_as_amplitudes(correct_model):
     tree = correct_model(0, shape=(1, 1, 1, 30), prior=0.1, draws=20)
-    table = correlation.correlations(residuals(tree))
+    table = correlations(residuals(tree))
     measured = 10 ** tree["observed_data"]["measured"].values[0, 0]
     draws = 10 ** tree["posterior_predictive"]["response"].values[0, :, 0, 0]
     expected = np.median([cosine(measured, draw) for draw in draws])
