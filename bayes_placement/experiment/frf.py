@@ -71,6 +71,49 @@ def receptance(
     return matrix
 
 
+def motion(
+    structure: Structure, driven: Points, omega: Omega
+) -> Complex[Array, "coordinate point frequency"]:
+    """Motion under a unit force at each of some points, in coordinates that serve every place.
+
+    A place reads them by what `readings` returns: the receptance to it is the product of both. They
+    are those of the modes and, where it is known, of the flexibility that the modes leave out.
+    """
+    modes, laws = structure.proper_modes(), linear_laws(structure, structure.proper_modes(), omega)
+    everywhere = _with_ports(driven, laws)
+    factors = modal_receptance(structure, modes, omega)
+    matrix = everywhere.exact_shapes(modes).T[..., None] * factors.modal[:, None] + 0j
+    if everywhere.static_flexibility(modes, everywhere) is not None:
+        static = jnp.eye(everywhere.count)[..., None] * factors.relative_compliance
+        matrix = jnp.concatenate([matrix, static])
+    if laws:
+        ports, points = (
+            ShapesAtPoints.of(each, modes)
+            for each in (joined([law.points for law in laws]), everywhere)
+        )
+        own = elastic(structure, modes, factors, omega, ports, points, with_errors=False)
+        matrix = jnp.concatenate([matrix, own])
+    for law in reversed(laws):
+        matrix = closed(matrix, law)
+    return matrix
+
+
+def readings(
+    structure: Structure, place: Points, driven: Points, omega: Omega
+) -> Float[Array, "port coordinate"]:
+    """How a place reads the coordinates of `motion` under forces at these points."""
+    modes = structure.proper_modes()
+    shapes = place.exact_shapes(modes)
+    everywhere = _with_ports(driven, linear_laws(structure, modes, omega))
+    if everywhere.static_flexibility(modes, everywhere) is None:
+        return shapes
+    return jnp.concatenate([shapes, place.flexibility_left_out(modes, everywhere)], axis=1)
+
+
+def _with_ports(driven: Points, laws: Sequence[PortLaw]) -> Points:
+    return joined([driven, *(law.points for law in laws)])
+
+
 def linear_laws(
     structure: Structure, modes: Modes, omega: Omega, mode_error: "ModeError | None" = None
 ) -> list[PortLaw]:

@@ -1,6 +1,7 @@
 """Where something that is missing may act, whatever it is: the place before the law."""
 
 from concurrent.futures import Executor
+from typing import Any
 
 from threadpoolctl import threadpool_limits
 
@@ -13,11 +14,14 @@ from ...experiment.data_checks.signal import check_signal
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Embedded
 from ...experiment.noise import Data
+from ...experiment.variants import with_lines
 from ...inference.chi2 import LEVEL
+from ...inference.residuals import Problem
 from ...inference.residuals_of_state import State
 from ..reach._named_laws import reached_ports
 from ..reach._of_modes import ports_of_effects, reached_modes
 from ..reach._ports import can_be_reached, ports_of
+from ..reach._scanned import lines_of_fits
 from ..reach.reach import Reach, reach_of
 from ._before_and_after import fitted_baseline, nothing_new, over_both, state_of
 from ._candidates import check_experiment
@@ -94,9 +98,12 @@ def reach(
             "law is read from modes. What is new in them is told by bp.explain(experiment, modes, "
             "baseline=before)."
         )
-    data = experiment.data(measurement)
+    data, whole = experiment.data(measurement), None
     if baseline is None:
-        known = null = null_hypothesis(experiment.with_errors(None), data)
+        exact = experiment.with_errors(None)
+        fewer = exact if is_modal else with_lines(exact, lines_of_fits(data))
+        whole = None if fewer is exact else Problem(exact, data)
+        known = null = null_hypothesis(fewer, fewer.data(measurement))
     else:
         known = _as_before(experiment, data, baseline, model_error)
         null = nothing_new(known)
@@ -106,11 +113,16 @@ def reach(
             "that changes the record or the size of the structure, since a law is read from the "
             "response at each line: observe=bp.observe.Complex()."
         )
-    ports, reached_at = (ports_of_effects, reached_modes) if is_modal else (ports_of, reached_ports)
-    tick = ticks(progress, len(ports(known.problem.experiment)), (0.0, 1.0))
+    ports = ports_of_effects if is_modal else ports_of
+    problem, point = known.problem, known.fit.point
+    tick = ticks(progress, len(ports(problem.experiment)), (0.0, 1.0))
     with done_by(executor):
-        reached = reached_at(known.problem, known.fit.point, tick)
-    return reach_of(known.problem, null.fit, *reached)
+        reached: Any = (
+            reached_modes(problem, point, tick)
+            if is_modal
+            else reached_ports(problem, point, tick, whole)
+        )
+    return reach_of(problem, null.fit, *reached)
 
 
 def _as_before(

@@ -16,10 +16,12 @@ from ._channels import ChannelPort
 from ._filters import FILTERS
 from ._free_factor import FreeFactor
 from ._free_law import AnyLaw, Free, FreeLaw, Points, tells_phase
+from ._law_by_modes import LawByModes
 from ._laws_at_places import laws_at_places
 from ._laws_in_full import LawsInFull
 from ._laws_of_amplitudes import laws_of_amplitudes
 from ._ports import Port, grid, largest, place_columns
+from ._scanned import Scanned
 
 MOST_LINES = 128
 """Lines at which laws are fitted at all places: they only say which places are best."""
@@ -96,6 +98,24 @@ def reach_of_port(
     which = np.array(largest(port.trees()))
     tried = grid(port, len(columns)) if places is None else places
     return _reach_at(port, free, start, tried, which)
+
+
+def reach_of_scanned(base: Problem, point: Point, port: Port, scanned: Scanned) -> ReachOfPort:
+    """Fit laws of a few numbers at the places that a scan leaves; all else is linear there.
+
+    Parameters
+    ----------
+    base, point, port
+        As of `reach_of_port`.
+    scanned
+        The places.
+    """
+    problem = base.with_effect(port.effect)
+    free = FreeLaw(problem, place_columns(port, problem))
+    points = np.repeat(point_in_problem(base, point, problem)[None], len(scanned.places), axis=0)
+    points[:, free.held] = scanned.places
+    by_modes = LawByModes(base, free, port.effect_in(problem.experiment))
+    return _with_laws(port, by_modes, points, scanned.squares, np.array(largest(port.trees())))
 
 
 def reach_of_channel(point: Point, port: ChannelPort, free: FreeFactor) -> ReachOfPort:

@@ -25,12 +25,14 @@ from ._at_port import (
     kept,
     omega_of,
     reach_of_port,
+    reach_of_scanned,
 )
 from ._effect_as_law import EffectAsLaw
 from ._filters import ChannelFilter
 from ._free_law import Points
 from ._laws_in_full import LawsInFull
 from ._ports import Port, ports_of
+from ._scanned import Scanned, scanned
 
 MOST_LINES = 400
 """Lines at which all networks are fitted: these are starts only."""
@@ -95,7 +97,7 @@ class NamedLaw(NamedTuple):
 
 
 def reached_ports(
-    problem: Problem, point: Point, tick: Callable[[], None]
+    problem: Problem, point: Point, tick: Callable[[], None], whole: Problem | None = None
 ) -> tuple[list[ReachOfPort], list[NamedLaw]]:
     """What laws can do at every kind of port of a structure, and the best of them.
 
@@ -107,23 +109,32 @@ def reached_ports(
         Its fit.
     tick
         Called once for each kind of port.
+    whole
+        The same problem at all lines, where laws are fitted at some of them.
     """
     ports = ports_of(problem.experiment)
-    pieces = Counter(port.acts_on for port in ports)
-    tasks = [(problem, point, port, pieces[port.acts_on]) for port in ports]
+    places = scanned(problem, point, ports, whole or problem)
+    alike = Counter(port.acts_on for port in ports)
+    pieces = [
+        alike[port.acts_on] * (1 if at is None else at.scanned)
+        for port, at in zip(ports, places, strict=True)
+    ]
+    tasks = [(problem, point, *each) for each in zip(ports, pieces, places, strict=True)]
     found = fitted_in_processes(_reached_with_laws, tasks, lambda _: tick())
     reached, named = [reach for reach, _ in found], [laws for _, laws in found]
     order = sorted(range(len(ports)), key=lambda number: -_log_evidence(_best(named[number])))
     for number in order[:REFINED]:
-        count = pieces[ports[number].acts_on]
-        named[number] = _refined(reached[number], named[number], count)
+        named[number] = _refined(reached[number], named[number], pieces[number])
     return reached, [law for laws in named for law in laws]
 
 
 def _reached_with_laws(
-    problem: Problem, point: Point, port: Port, pieces: int
+    problem: Problem, point: Point, port: Port, pieces: int, at: Scanned | None
 ) -> tuple[ReachOfPort, list[NamedLaw]]:
-    reach = reach_of_port(problem, point, port)
+    if at is None:
+        reach = reach_of_port(problem, point, port)
+    else:
+        reach = reach_of_scanned(problem, point, port, at)
     return reach, laws_with_names(reach, pieces)
 
 
