@@ -75,7 +75,8 @@ class Reach:
     limits
         What such data do not tell, in words; empty of complex FRFs.
     by_line
-        What any law leaves line by line, see `any_law_within`; of complex FRFs of one state.
+        What any law leaves line by line, see `any_law_within`; of complex FRFs of one state, where
+        laws were fitted at all lines.
 
     Examples
     --------
@@ -163,8 +164,9 @@ class Reach:
         """
         if self.by_line is None:
             raise InputError(
-                "Reach of amplitudes, modes or two states was given; complex FRFs of one state are "
-                "needed, since a law has two parts at each line: observe=bp.observe.Complex()."
+                "Reach of amplitudes, modes, two states or many lines was given; complex FRFs of "
+                "one state at fewer lines are needed, since a law has two parts at each line: "
+                "observe=bp.observe.Complex()."
             )
         return self.by_line.any_law(lines)
 
