@@ -78,13 +78,13 @@ class Thinned:
 
     def __init__(self, whole: Problem, step: int):
         experiment, data, sizes, baseline, further = whole.content
-        here = _thinned(State(experiment, data), step)
+        here = thinned(State(experiment, data), step)
         self.problem = Problem(
             here.experiment,
             here.data,
             sizes=sizes,
-            baseline=None if baseline is None else _thinned(baseline, step),
-            further=[_thinned(state, step) for state in further],
+            baseline=None if baseline is None else thinned(baseline, step),
+            further=[thinned(state, step) for state in further],
         )
         pairs = zip(whole.states, self.problem.states, strict=True)
         repeats = [
@@ -112,7 +112,7 @@ class Thinned:
         self.problem.prepare()
 
 
-def _thinned(state: State, step: int) -> State:
+def thinned(state: State, step: int) -> State:
     """A state at one of so many of its lines."""
     if state.experiment.observe.is_modal:
         return state

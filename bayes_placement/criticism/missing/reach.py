@@ -15,20 +15,20 @@ from ...experiment.data_checks.signal import check_signal
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Embedded
 from ...experiment.noise import Data
-from ...experiment.variants import with_lines
 from ...inference.chi2 import LEVEL
 from ...inference.residuals import Problem
 from ...inference.residuals_of_state import State
 from ..reach._named_laws import reached_ports
 from ..reach._of_modes import ports_of_effects, reached_modes
 from ..reach._ports import can_be_reached, ports_of
-from ..reach._scanned import lines_of_fits
+from ..reach._scanned import step_of_fits
 from ..reach.reach import Reach, reach_of
 from ._before_and_after import fitted_baseline, nothing_new, over_both, state_of
 from ._candidates import check_experiment
 from ._hypotheses import Hypothesis, null_hypothesis
 from ._model_error_choice import ticks
 from ._posterior_odds import passes
+from ._screening_lines import thinned
 
 
 @arguments_checked
@@ -103,10 +103,10 @@ def reach(
         )
     data, whole = experiment.data(measurement), None
     if baseline is None:
-        exact = experiment.with_errors(None)
-        fewer = exact if is_modal else with_lines(exact, lines_of_fits(data))
-        whole = None if fewer is exact else Problem(exact, data)
-        known = null = null_hypothesis(fewer, fewer.data(measurement))
+        exact, step = State(experiment.with_errors(None), data), step_of_fits(data)
+        fewer = thinned(exact, step) if step > 1 else exact
+        whole = None if fewer is exact else Problem(exact.experiment, data)
+        known = null = null_hypothesis(fewer.experiment, fewer.data)
     else:
         known = _as_before(experiment, data, baseline, model_error)
         null = nothing_new(known)

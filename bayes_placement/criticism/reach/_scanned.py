@@ -51,9 +51,10 @@ class Scanned(NamedTuple):
     scanned: int
 
 
-def lines_of_fits(data: Data) -> int:
-    """Number of lines at which laws are fitted, so that their data are not too many."""
-    return max(FEWEST_LINES, MOST_DATA * data.z.shape[-1] // data.z.size)
+def step_of_fits(data: Data) -> int:
+    """Number of lines of which one is taken where laws are fitted."""
+    step = -(-data.z.size // MOST_DATA)
+    return max(1, min(step, data.z.shape[-1] // FEWEST_LINES))
 
 
 def scanned(
