@@ -21,6 +21,7 @@ from ...laws.law import Tree
 from ...laws.rows import NetworkRows
 from ...modes.ports import is_line
 from ._free_law import FreeLaw
+from ._law_by_modes import LawByModes
 
 PLACES = {1: 25, 2: 9, 3: 5}
 """Places along each coordinate of a port that has so many."""
@@ -96,7 +97,7 @@ class Port(NamedTuple):
         effect = self.effect_in(experiment)
         return str(effect.setting(experiment.structure.modes, experiment.instruments))
 
-    def rows(self, free: FreeLaw, omega: Any) -> NetworkRows:
+    def rows(self, free: FreeLaw | LawByModes, omega: Any) -> NetworkRows:
         """Networks that may act there, about the size of what the port feels."""
         size = 1 / free.size() if self.is_cut else free.size()
         size = float(f"{size:.3g}")  # the same prior in every state, whatever is rounded

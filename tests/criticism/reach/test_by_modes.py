@@ -88,3 +88,21 @@ def test_a_law_by_modes_is_that_of_the_problem(reached):
     slopes = [each.slopes(points, law, np.ones_like(law)) for each in (by_modes, free)]
     scale = np.abs(slopes[1].along).max()
     np.testing.assert_allclose(slopes[0].along, slopes[1].along, atol=1e-6 * scale)
+
+
+@pytest.mark.long
+def test_reach_of_a_scanned_mesh_finds_the_node_and_the_law(monkeypatch):
+    whole = aircraft.skin(NODES, 20)
+    setup, rows = aircraft.experiment(whole, 9, 2, np.linspace(4.0, 60.0, 60))
+    data = aircraft.measured(
+        whole, setup, rows, NODE, 2, lambda omega: 3e5 * (1 + 0.2j) + 0 * omega
+    )
+    monkeypatch.setattr(_scanned, "MOST_NUMBERS", 0)
+    monkeypatch.setattr(_scanned, "MOST_DATA", 1080)
+    monkeypatch.setattr(_scanned, "FEWEST_LINES", 15)
+    found = bp.reach(setup, data)
+    best = found.laws.iloc[0]
+    np.testing.assert_allclose(best[["x", "y", "z"]].astype(float), whole.position[NODE], atol=1e-3)
+    assert (best["setting"], best["law"].tree()) == ("along z", "h")
+    assert best["chi2_per_datum"] == pytest.approx(1.0, abs=5 * np.sqrt(2 / 1080))
+    assert found.by_line is None  # its lines would be others
