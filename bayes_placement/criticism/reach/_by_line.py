@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...inference.residuals import Problem
+from ..kept_fits import NONE, stored_or_computed
 from ._at_port import Point, ReachOfPort
 from ._free_law import complex_residuals, in_parts, tells_phase
 
@@ -42,14 +43,22 @@ class LeftByLine(NamedTuple):
         return np.clip((given - left) / above, 0.0, 1.0) if above > 0 else 0.0 * left
 
 
+_LAYOUT = LeftByLine(NONE, NONE, NONE)
+"""Its structure alone matters."""
+
+
 def left_by_line(problem: Problem, point: Point, reaches: Sequence[Any]) -> LeftByLine | None:
     """Return what laws leave at each line; None of amplitudes and modes, and of two states."""
     is_known = problem.baseline is None and tells_phase(problem)
     if not is_known or not all(isinstance(reached, ReachOfPort) for reached in reaches):
         return None
-    residual = complex_residuals(problem.squares.residuals(point[None])[0], problem)
-    left = np.concatenate([_left(reached) for reached in reaches])
-    return LeftByLine(squares_by_line(residual)[0], left, measured_by_line(problem))
+
+    def computed() -> LeftByLine:
+        residual = complex_residuals(problem.squares.residuals(point[None])[0], problem)
+        left = np.concatenate([_left(reached) for reached in reaches])
+        return LeftByLine(squares_by_line(residual)[0], left, measured_by_line(problem))
+
+    return stored_or_computed(computed, _LAYOUT, problem, point)
 
 
 def measured_by_line(problem: Problem) -> Int[np.ndarray, "line"]:
