@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 import bayes_placement as bp
 from bayes_placement._shared.errors import InputError
-from bayes_placement.cli._reach import draw_reach, write_reach
+from bayes_placement.cli._reach import draw_where, write_reach
 from bayes_placement.plots.report import Report, write_report
 from bayes_placement.plots.report._saved import Saved
 from bayes_placement.plots.report._svg import as_file, svg_of
@@ -88,7 +88,7 @@ def test_the_page_shows_reach_and_law_in_letters_that_can_be_read(tmp_path):
     )
     result = types.SimpleNamespace(reach=reach, port=None)
     inspect.unwrap(write_reach)(result, run)
-    inspect.unwrap(draw_reach)(result, types.SimpleNamespace(experiment=setup), run)
+    inspect.unwrap(draw_where)(result, types.SimpleNamespace(experiment=setup), run)
     assert set(kept) == {"reach.png", "law.png"}
     claimed = entry(equivalent=[STRUT])
     step = {"added": None, "chi2_per_datum": 1.0}
