@@ -81,7 +81,7 @@ def test_the_page_shows_reach_and_law_in_letters_that_can_be_read(tmp_path):
     reach = bp.reach(setup, measured(maxwell))
     run = types.SimpleNamespace(
         table=lambda name, table, index: table.to_csv(tmp_path / name, index=index),
-        text=lambda name, text: (tmp_path / name).write_text(text),
+        begin=lambda name, write: write(tmp_path / name),
         law=lambda name, table: None,
         figures=lambda draw: kept.update(draw()),
         attempt=lambda what, draw: draw(),
