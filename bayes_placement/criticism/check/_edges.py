@@ -24,16 +24,8 @@ _SIDES = ("lower", "upper")
 def edges(posterior: xr.DataTree) -> xr.Dataset:
     """Posterior probability in the lowest and in the highest 2.5 % of the prior.
 
-    Parameters
-    ----------
-    posterior
-        What `infer` returned.
-
-    Returns
-    -------
-    xarray.Dataset
-        By unknown and side: `share` of the posterior, `prior_share`, the value `at` which the
-        edge begins, and whether the unknown is `piled_up` there.
+    By unknown and side: `share` of the posterior, `prior_share`, the value `at` which the edge
+    begins, and whether the unknown is `piled_up` there.
     """
     prior_draws = dict(_scalar_draws(posterior["prior"].to_dataset()))
     posterior_draws = dict(_scalar_draws(posterior["posterior"].to_dataset()))

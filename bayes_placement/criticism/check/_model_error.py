@@ -21,18 +21,11 @@ COUNTED = {
 
 
 class Errors(NamedTuple):
-    """Errors of one kind.
+    """Errors of one kind, `frequency` for example.
 
-    Parameters
-    ----------
-    kind
-        What they are errors of, `frequency` for example.
-    low, size, high
-        Median of their size, and its 90 % interval [1]; NaN where it was not unknown.
-    largest
-        Greatest of the errors at the posterior mean [1]; over its size where that was known.
-    where
-        Its mode or channel, in words.
+    The size is the median, with its 90 % interval [1]; NaN where it was not unknown. `largest` is
+    the greatest of the errors at the posterior mean [1], over its size where that was known, and
+    `where` its mode or channel, in words.
     """
 
     kind: str

@@ -89,12 +89,7 @@ def check(posterior: xr.DataTree, *, level: float = LEVEL, bands: int = 8) -> Mi
 def verdict(posterior: xr.DataTree, *, level: float = LEVEL) -> Verdict:
     """The verdict of `check` alone: no groups, bands and discrepancies, so that it takes no time.
 
-    Parameters
-    ----------
-    posterior
-        What `infer` returned.
-    level
-        Probability that a correct model does not pass.
+    The level is the probability that a correct model does not pass.
     """
     _check(level, bands=1)
     data = residuals(posterior)

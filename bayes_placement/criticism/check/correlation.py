@@ -22,10 +22,7 @@ def frac(measured: FRFs, computed: FRFs) -> Float[np.ndarray, "*#draw sensor act
 
     Heylen and Lammens, FRAC: a consistent way of comparing frequency response functions, 1996.
 
-    Parameters
-    ----------
-    measured, computed
-        FRFs [sensor, actuator, frequency] or amplitudes, also with a leading axis of draws.
+    FRFs [sensor, actuator, frequency] or amplitudes may have a leading axis of draws.
     """
     return _squared_cosine(measured, computed)
 
@@ -36,10 +33,7 @@ def fdac(measured: FRFs, computed: FRFs) -> Float[np.ndarray, "*#draw measured_l
     Pascual, Golinval and Razeto, A frequency domain correlation technique for model correlation
     and updating, IMAC 1997. A shift in frequency moves the largest entry of a row off the diagonal.
 
-    Parameters
-    ----------
-    measured, computed
-        FRFs [sensor, actuator, frequency] or amplitudes, also with a leading axis of draws.
+    FRFs [sensor, actuator, frequency] or amplitudes may have a leading axis of draws.
     """
     return _squared_cosines(
         *(frf.reshape(*frf.shape[:-3], -1, frf.shape[-1]) for frf in (measured, computed))
@@ -51,24 +45,15 @@ def mac(first: ModeShapes, second: OtherShapes) -> Float[np.ndarray, "*#draw mod
 
     Allemang and Brown, A correlation coefficient for modal vector analysis, IMAC 1982.
 
-    Parameters
-    ----------
-    first, second
-        Mode shapes [channel, mode] at the same channels, in any scale, also with a leading axis of
-        draws.
+    Mode shapes [channel, mode] are at the same channels, in any scale; they may have a leading axis
+    of draws.
     """
     _check_channels(first, second)
     return _squared_cosines(first, second)
 
 
 def as_channels(shape: Float[np.ndarray, "mode place 3"]) -> Float[np.ndarray, "channel mode"]:
-    """Return mode shapes at places as `mac` takes them, each direction a channel.
-
-    Parameters
-    ----------
-    shape
-        Displacement along x, y and z.
-    """
+    """Return mode shapes at places as `mac` takes them, each direction a channel."""
     modes, places, axes = shape.shape
     return shape.transpose(1, 2, 0).reshape(places * axes, modes)
 
@@ -78,17 +63,7 @@ def band(
     measured: Shaped[np.ndarray, "..."],
     draws: Shaped[np.ndarray, "draw ..."],
 ) -> Float[np.ndarray, "3 ..."]:
-    """Median and 90 % band of a criterion over draws from the posterior.
-
-    Parameters
-    ----------
-    criterion
-        `frac`, `fdac` or `mac`.
-    measured
-        Measured FRFs or mode shapes.
-    draws
-        Computed ones at draws from the posterior.
-    """
+    """Median and 90 % band of `frac`, `fdac` or `mac` over draws from the posterior."""
     return np.quantile(criterion(measured, draws), [0.5, *BAND], axis=0)
 
 

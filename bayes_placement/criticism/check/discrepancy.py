@@ -45,19 +45,11 @@ def discrepancy(posterior: xr.DataTree) -> xr.Dataset:
     share amplitude and length scale. These two maximise the marginal likelihood on a grid; an
     unknown noise level is maximised in closed form.
 
-    Parameters
-    ----------
-    posterior
-        What `infer` returned.
-
-    Returns
-    -------
-    xarray.Dataset
-        In the unit of the outputs, `mean` and the 95 % band `low` to `high` at each line;
-        `significant`, whether the band excludes zero. By channel pair (and `force_level` [N]):
-        `amplitude` [noise deviations], `length` [Hz], `noise` (factor on the noise deviation), the
-        `log_ratio` of the likelihood to that without discrepancy, and the `share` of lines where
-        the discrepancy is significant (of a correct model, at most 5 % on average).
+    Of each line, in the unit of the outputs, come `mean` and the 95 % band `low` to `high`, and
+    `significant`, whether the band excludes zero. By channel pair (and `force_level` [N]):
+    `amplitude` [noise deviations], `length` [Hz], `noise` (factor on the noise deviation), the
+    `log_ratio` of the likelihood to that without discrepancy, and the `share` of lines where the
+    discrepancy is significant (of a correct model, at most 5 % on average).
     """
     return of(residuals(posterior))
 

@@ -14,19 +14,10 @@ _TOO_FEW = "the noise is not known, and there are too few lines to test residual
 class Verdict(NamedTuple):
     """Whether a fitted model explains its data.
 
-    Parameters
-    ----------
-    overall
-        Statistics of all data, see `Misfit`: `chi2_per_datum`, `expected`, `spread` and `p_value`
-        where the noise is known, else `whiteness`.
-    level
-        Probability that a correct model does not pass.
-    noise_known
-        Whether the noise level is known. If so, chi2 decides; otherwise whiteness does.
-    noise_needed
-        Noise that the model needs; None where it is known.
-    has_model_error
-        Whether the model has errors of its own.
+    Statistics of all data are `chi2_per_datum`, `expected`, `spread` and `p_value` of `Misfit`
+    where the noise level is known: then chi2 decides. Else `whiteness` does, and `noise_needed`
+    tells what noise the model needs. The level is the probability that a correct model does not
+    pass; the model may have errors of its own.
     """
 
     overall: Mapping[Any, Any]

@@ -25,18 +25,9 @@ def fit(
 ) -> xr.Dataset:
     """Return what `fitted` returns, with phases and the size of the model error.
 
-    Parameters
-    ----------
-    experiment, measurement, values
-        As of `fitted`.
-
-    Returns
-    -------
-    xarray.Dataset
-        Besides what `fitted` returns, `measured_phase` and `predicted_phase` [deg] of complex
-        outputs and their `frac` by channel pair, the frequency response assurance criterion; and
-        `model_error`, the root mean square over draws of the errors of what the response then
-        differs by, zero where the model is exact.
+    Complex outputs have `measured_phase` and `predicted_phase` [deg] and, by channel pair, `frac`,
+    the frequency response assurance criterion. `model_error` is the root mean square over draws of
+    what the response differs by with its errors, zero where the model is exact.
     """
     at_values = outputs_at(experiment, measurement, values)
     dataset = compared(experiment, at_values)

@@ -20,16 +20,8 @@ def moved_in_words(
 ) -> list[str]:
     """Say, a sentence for each model, how far the fit moved which parameters.
 
-    Parameters
-    ----------
-    unknowns
-        Unknowns of the model as given.
-    priors
-        Draws [draw, ...] of their priors, by name.
-    drawn
-        Their values as drawn, recorded positions and means of priors, elements one by one.
-    fitted
-        By the name of a model the values of its unknowns, elements of arrays one by one.
+    Draws [draw, ...] are of the priors; values as drawn are recorded positions and means of priors.
+    Elements of arrays are given one by one. Fitted values are by the name of a model.
     """
     rows = [
         (word, unknown, drawn[word], float(draws.std()))

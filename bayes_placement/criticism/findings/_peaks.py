@@ -15,14 +15,9 @@ Curve = Float[np.ndarray, "line"]
 
 
 class Peaks(NamedTuple):
-    """Peaks of the summed squares of FRFs.
+    """Natural frequencies [Hz] and damping ratios [1] at peaks of the summed squares of FRFs.
 
-    Parameters
-    ----------
-    frequency
-        Natural frequencies [Hz].
-    damping
-        Damping ratios [1]; NaN where the lines around a peak do not show it.
+    Damping is NaN where the lines around a peak do not show it.
     """
 
     frequency: Float[np.ndarray, "peak"]
@@ -34,17 +29,9 @@ def peaks_of_fits(fits: Mapping[str, xr.Dataset]) -> xr.Dataset | None:
 
     Both are read in the same way, so that the errors of the reading cancel to a large part.
 
-    Parameters
-    ----------
-    fits
-        What `fit` returned, by the name of a model.
-
-    Returns
-    -------
-    xarray.Dataset or None
-        `natural_frequency` [Hz] and `damping_ratio` [1] of each measured `peak`, and by `model`
-        the same with `_of_model`, NaN where it has none of its own there. None without complex
-        FRFs or without a peak.
+    Fits are those of `fit`, by the name of a model. The result has `natural_frequency` [Hz] and
+    `damping_ratio` [1] of each measured `peak`, and by `model` the same with `_of_model`, NaN where
+    it has none of its own there. None without complex FRFs or without a peak.
     """
     first = next(iter(fits.values()))
     if "measured_phase" not in first or first.sizes["frequency"] < 3:

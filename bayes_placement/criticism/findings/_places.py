@@ -27,23 +27,11 @@ def places(
 ) -> xr.Dataset:
     """Return positions and orientations of all instruments, and positions of effects.
 
-    Parameters
-    ----------
-    experiment
-        The experiment with its effects.
-    prior, posterior
-        Draws [draw, ...] of its unknowns, by name.
-    values
-        Means of its unknowns, elements of arrays one by one; they stand for draws that are not
-        known.
-
-    Returns
-    -------
-    xarray.Dataset
-        By instrument or effect (`item`, with its `kind`): `recorded`, `prior` and `posterior`
-        coordinates [m]; `tilt`, the angle [deg] of the first channel against its record, and
-        `direction_recorded`, `direction` as inferred. NaN where there is none; coordinates that a
-        line does not have are zero.
+    Draws are [draw, ...] by name; means of the unknowns, elements of arrays one by one, stand for
+    draws that are not known. By instrument or effect (`item`, with its `kind`) the result has
+    `recorded`, `prior` and `posterior` coordinates [m]; `tilt`, the angle [deg] of the first
+    channel against its record, and `direction_recorded`, `direction` as inferred. NaN where there
+    is none; coordinates that a line does not have are zero.
     """
     sides: dict[str, Any] = {"sensor": experiment.sensor, "actuator": experiment.actuator}
     rows = [

@@ -19,18 +19,8 @@ UNSTATED = "not stated"
 def set_up(experiment: Experiment, measurement: Measurements) -> dict[str, Any]:
     """Return what a test was made with.
 
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    measurement
-        What was measured.
-
-    Returns
-    -------
-    dict
-        `facts`, pairs of a word and what is known; `channels`, a row for each sensor and
-        actuator: labels, kind, recorded position [m] and the gain on its FRFs.
+    `facts` are pairs of a word and what is known; `channels` has a row for each sensor and
+    actuator: labels, kind, recorded position [m] and the gain on its FRFs.
     """
     facts = [("structure", repr(experiment.structure).removeprefix("Structure: "))]
     facts += [*_of_modes(measurement)] if isinstance(measurement, ModalParameters) else []

@@ -88,14 +88,7 @@ def shapes(
 ) -> "xr.Dataset":
     """Return the first natural modes, up to a little above the band, at the points of an outline.
 
-    Parameters
-    ----------
-    experiment
-        The experiment with its effects.
-    values
-        Value of every unknown, elements of arrays one by one.
-    outline
-        What `outline_of` returned.
+    The outline is that of `outline_of`; elements of arrays are given one by one.
     """
     import xarray as xr
 

@@ -30,17 +30,7 @@ MOST_DRAWS = 1000
 
 
 class Model(NamedTuple):
-    """A model with values of its unknowns.
-
-    Parameters
-    ----------
-    name
-        Its name in figures.
-    experiment
-        The experiment, some numbers of which are unknown.
-    values
-        Value of every unknown, elements of arrays one by one (`structure.damping.ratio[0]`).
-    """
+    """A model with values of its unknowns, elements of arrays one by one; figures name it."""
 
     name: str
     experiment: Experiment
@@ -48,15 +38,7 @@ class Model(NamedTuple):
 
 
 def models_of(result: Ledger | Ranking, experiment: Experiment) -> list[Model]:
-    """Return the model as given and the one with all effects that were named, as fitted.
-
-    Parameters
-    ----------
-    result
-        What `improve` or `explain` returned.
-    experiment
-        The experiment as it was given.
-    """
+    """Return the model as given and, fitted, that with all effects that a search named."""
     if isinstance(result, Ledger):
         first, last = result.steps[0], result.steps[-1]
     else:
@@ -94,27 +76,13 @@ def findings(
 ) -> xr.DataTree:
     """Lay out what a report shows of a run.
 
-    Parameters
-    ----------
-    models
-        The model as given and, if there is another, the one that is reported.
-    draws
-        Draws [draw, ...] of the unknowns of the latter, by name.
-    measurement
-        What was measured.
-    about
-        Words on the run, for JSON.
-    alternatives
-        Explanations that the data leave; those other than the reported one are named.
-
-    Returns
-    -------
-    xarray.DataTree
-        `posterior` and `prior`, draws by name with units and roles; `fit_0` and on, what each
-        model predicts with the measurement; `places`, where sensors, actuators and effects were
-        recorded and are inferred; `outline` and `shapes_0` and on, mode shapes of each model.
-        Where modes were measured, `modes_0` and on in the place of `fit_0`. `fit_drawn` or
-        `modes_drawn` is of the model as drawn, before any fit, and `peaks` of the peaks of FRFs.
+    The last of the models is the one that is reported; draws [draw, ...] are of its unknowns.
+    Explanations other than it are named. `about` are words on the run, for JSON. The tree has
+    `posterior` and `prior`, draws by name with units and roles; `fit_0` and on, what each model
+    predicts with the measurement; `places`, where sensors, actuators and effects were recorded and
+    are inferred; `outline` and `shapes_0` and on, mode shapes of each model. Where modes were
+    measured, `modes_0` and on in the place of `fit_0`. `fit_drawn` or `modes_drawn` is of the model
+    as drawn, before any fit, and `peaks` of the peaks of FRFs.
     """
     first, last = models[0].experiment, models[-1].experiment
     drawn = in_scalars(first.nominal_values())
