@@ -24,16 +24,9 @@ def fitted_in_processes(
 ) -> list[Outcome]:
     """Fit in this process and its helpers, see `shared`.
 
-    Parameters
-    ----------
-    fit
-        A function of a module, whose results are arrays and numbers.
-    tasks
-        Its arguments, those that take longest first.
-    done
-        Called with the number of each task that is done.
-    meanwhile
-        What this process does first, once helpers have begun.
+    The function is one of a module, whose results are arrays and numbers. Tasks are its arguments,
+    those that take longest first; `done` is called with the number of each that is done.
+    `meanwhile` is what this process does first, once helpers have begun.
     """
     folder = folder_of_fits()
     outcomes = shared(_in_folder, [(fit, folder, task) for task in tasks], done, meanwhile)

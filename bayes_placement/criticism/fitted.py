@@ -49,14 +49,8 @@ def fitted(
 class OutputsAtValues(NamedTuple):
     """Outputs of a model with values of its unknowns, beside what was measured.
 
-    Parameters
-    ----------
-    measured, predicted
-        Outputs [sensor, actuator, (force_level,) (part,) frequency].
-    variance
-        Variance of the noise of each.
-    present
-        Whether each was measured.
+    Outputs are [sensor, actuator, (force_level,) (part,) frequency], each with the variance of its
+    noise and whether it was measured.
     """
 
     measured: np.ndarray

@@ -20,14 +20,7 @@ def identified_beside_model(
     Nothing where no mode is identified, or nothing tells which of the model it is: shapes at two
     sensors are needed. Model error is left out, so that all that the model lacks is seen.
 
-    Parameters
-    ----------
-    experiment
-        An experiment that observes FRFs.
-    measurement
-        What was measured.
-    values
-        Value of every unknown, elements of arrays one by one.
+    The experiment observes FRFs; elements of arrays are given one by one.
     """
     if not isinstance(measurement, Measurement):
         return []

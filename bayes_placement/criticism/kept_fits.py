@@ -42,13 +42,7 @@ Tree = TypeVar("Tree")
 
 
 class KeptFits:
-    """Fits in a folder, and how many of an earlier run were taken.
-
-    Parameters
-    ----------
-    folder
-        The folder, made if it does not exist.
-    """
+    """Fits in a folder, made if need be, and how many of an earlier run were taken."""
 
     def __init__(self, folder: str | Path):
         self.files = ArrayStore(folder)
@@ -118,16 +112,8 @@ def stored_or_computed(
 ) -> Tree:
     """Return what a file holds, or compute it and write the file.
 
-    Parameters
-    ----------
-    compute
-        Computes it.
-    like
-        A tree of the same structure, by which results of the same inputs are told apart.
-    problem
-        The problem that is fitted.
-    inputs
-        All else that it follows from.
+    Results of the same inputs are told apart by a tree of the same structure. Inputs are all that
+    they follow from besides the problem that is fitted.
     """
     fits = _KEPT.get()
     key = None if fits is None else _key_of_kept(like, problem, *inputs)

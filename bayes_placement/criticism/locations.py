@@ -24,20 +24,10 @@ def locations(
     count: int,
     field: str = "",
 ) -> PointsInSpace:
-    """Where an effect is [m] at each of several points.
+    """Where an effect of the experiment is [m] at each of several points; its place may be unknown.
 
-    Parameters
-    ----------
-    effect
-        An effect of the experiment, whose place may be unknown.
-    experiment
-        The experiment that has it.
-    values
-        Values of its unknowns at the points, by name.
-    count
-        Number of points.
-    field
-        Name of its second place; the first by default.
+    Values are those of its unknowns at the points. `field` names its second place; by default it is
+    the first.
     """
     at: Any = effect.location(experiment.structure.modes, experiment.instruments)
     if field:
@@ -59,15 +49,7 @@ def locations(
 
 
 def effect_locations(experiment: Experiment, means: Mapping[str, float]) -> dict[str, Recorded]:
-    """Where each effect of an experiment is [m], by name; those without a place are left out.
-
-    Parameters
-    ----------
-    experiment
-        An experiment with effects.
-    means
-        Values of its unknowns, by name.
-    """
+    """Where each effect of an experiment is [m], by name; those without a place are left out."""
     located: dict[str, Recorded] = {}
     values = {name: np.array([value]) for name, value in means.items()}
     for effect in experiment.effects:

@@ -37,17 +37,10 @@ Rows = Float[np.ndarray, "row line"]
 class NoiseNeeded:
     """Noise that a model needs, and what it is compared with.
 
-    Parameters
-    ----------
-    relative
-        Its median over the amplitude [1].
-    over_scatter
-        Root mean square of the residuals over that of the scatter of neighbouring lines; NaN for
-        too few lines.
-    p_value
-        Probability that it is as large for a correct model.
-    over_coherence
-        Fitted factor on what the coherence says [1]; NaN where the coherence is not read.
+    `relative` is its median over the amplitude [1]; `over_scatter` the root mean square of the
+    residuals over that of the scatter of neighbouring lines, NaN for too few lines, and `p_value`
+    the probability that it is as large for a correct model. `over_coherence` is the fitted factor
+    on what the coherence says [1], NaN where that is not read.
     """
 
     relative: float
@@ -84,12 +77,7 @@ def over_scatter(residual: Rows, present: Bool[np.ndarray, "row line"]) -> tuple
 
     NaN for too few lines, see `neumann`.
 
-    Parameters
-    ----------
-    residual
-        Residuals over the deviation of the noise, real and imaginary parts as rows of their own.
-    present
-        Where something was measured.
+    Residuals are over the deviation of the noise, real and imaginary parts as rows of their own.
     """
     ratio, certainty = neumann(residual, present)
     return float(ratio**-0.5), float(ndtr((ratio - 1) * certainty))
@@ -121,14 +109,8 @@ def neumann(residual: Rows, present: Bool[np.ndarray, "row line"]) -> tuple[floa
 def relative_size(deviation: Any, measured: Any, part: int | None) -> float:
     """Median deviation of the noise over the amplitude [1].
 
-    Parameters
-    ----------
-    deviation
-        Deviation of each output; where outputs are log10 of the amplitude, 10 to its power less 1.
-    measured
-        Measured outputs, zero where nothing was measured.
-    part
-        Axis of the real and imaginary parts; None for log10 of the amplitude.
+    Where outputs are log10 of the amplitude, there is no axis of parts, and the deviation is 10 to
+    its power less 1. Outputs are zero where nothing was measured.
     """
     if part is None:
         return float(10 ** np.median(deviation) - 1)

@@ -18,25 +18,14 @@ from ..inference.residuals import Problem
 def with_arrays(experiment: Experiment, values: Mapping[str, float]) -> dict[str, Any]:
     """Values of the unknowns by name, the elements of an array put together.
 
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    values
-        Value of every unknown, elements of arrays one by one (`structure.damping.ratio[0]`).
+    Elements of an array are given one by one (`structure.damping.ratio[0]`).
     """
     shapes = {unknown.name: unknown.distribution.shape() for unknown in experiment.unknowns}
     return from_scalars(shapes, values)
 
 
 def in_scalars(values: Mapping[str, Any]) -> dict[str, float]:
-    """Values by name, the elements of an array one by one; what `with_arrays` puts together.
-
-    Parameters
-    ----------
-    values
-        Value of every unknown, arrays together.
-    """
+    """Values by name, the elements of an array one by one; what `with_arrays` puts together."""
     return {
         word: float(value[0, 0])
         for name, known in values.items()
@@ -47,12 +36,7 @@ def in_scalars(values: Mapping[str, Any]) -> dict[str, float]:
 def point_of(problem: Problem, values: Mapping[str, float]) -> Float[np.ndarray, "unknown"]:
     """Coordinates of values of the unknowns; at an edge of a prior a little inside.
 
-    Parameters
-    ----------
-    problem
-        The problem, its sizes of model errors known.
-    values
-        Value of every unknown, elements of arrays one by one.
+    Sizes of model errors are known; elements of arrays are given one by one.
     """
     named = with_arrays(problem.at_fixed_sizes, values)
     vector = np.asarray(problem.coordinates.vector(named), dtype=float)
