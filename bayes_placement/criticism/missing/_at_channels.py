@@ -27,20 +27,9 @@ from ._screening_lines import Thinned, at_screening_lines
 class EffectAtData:
     """An effect on a hypothesis, at the data that it changes.
 
-    Parameters
-    ----------
-    problem
-        The problem with it there.
-    evaluated
-        The same, or at some of its lines.
-    point
-        The fit without it, in the coordinates of the problem.
-    columns
-        The unknowns of the effect among these.
-    data
-        Numbers of these data among those of the hypothesis.
-    weight
-        Weight of each of these data.
+    The problem has it there; `evaluated` is the same, or at some of its lines. The point is the fit
+    without it, in the coordinates of the problem, `columns` its unknowns among these. `data` are
+    numbers of the data among those of the hypothesis, each with its weight.
     """
 
     problem: Problem

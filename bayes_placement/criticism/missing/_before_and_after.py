@@ -70,27 +70,10 @@ def compared_with_baseline(
 ) -> tuple[Hypothesis, Comparison]:
     """Fit every effect to the later state, and all else to both.
 
-    Parameters
-    ----------
-    later, earlier
-        The states; their model error is that of `before`.
-    before
-        The model fitted to the earlier state alone.
-    tried
-        Candidates.
-    level
-        Probability that a correct model fails its check.
-    most_effects
-        Most effects that are new.
-    tick
-        Called after each part of the work.
-    seen
-        Called with what has been compared so far.
-
-    Returns
-    -------
-    tuple
-        The model of the earlier state against the data of both, and the hypotheses fitted to both.
+    `before` is the model fitted to the earlier state alone; its model error is that of the states.
+    The level is the probability that a correct model fails its check; `most_effects` are new.
+    `tick` is called after each part of the work, `seen` with what has been compared so far. The
+    model of the earlier state against the data of both comes first.
     """
     unchanged = over_both(later, earlier, before)
     variants = dict(Counter(map(kind_of, tried.effects)))
@@ -135,14 +118,7 @@ def refitted_effects(
     Alone, and with what the best hypothesis has besides: a scan of one effect after the other may
     miss the place of one that acts together with another.
 
-    Parameters
-    ----------
-    comparison
-        Hypotheses of the later state.
-    between
-        The hypothesis that was claimed in the state in between.
-    most_effects
-        Most effects that are new since the baseline.
+    `between` was claimed in that state; `most_effects` are new since the baseline.
     """
     fits: dict[tuple[str, ...], Hypothesis] = {}
     for found in (comparison.hypotheses[0], comparison.best()):

@@ -21,15 +21,7 @@ MOST_NAMED = 3
 
 
 def cautions(hypothesis: Hypothesis, sampled: SampledPosterior | None) -> tuple[str, ...]:
-    """Return one sentence for each doubt, as `check` and `engines.MAP` have them.
-
-    Parameters
-    ----------
-    hypothesis
-        The hypothesis.
-    sampled
-        Draws of its posterior; None where it was not sampled.
-    """
+    """Return one sentence for each doubt, as `check` and `engines.MAP` have them."""
     draws = None if sampled is None else sampled.points
     shares = shares_at_edges(hypothesis, draws)
     edges = (sentence(*edge, EDGE) for edge in shares if edge[-1] >= AS_STATED.piled_up * EDGE)
@@ -52,12 +44,7 @@ def shares_at_edges(
 ) -> Iterator[tuple[str, str, float]]:
     """Each unknown, a side of its prior, and the share of the posterior at that edge.
 
-    Parameters
-    ----------
-    hypothesis
-        The hypothesis.
-    points
-        Draws of its posterior [draw, unknown]; None for those of Laplace's Gaussian.
+    Without draws [draw, unknown] it is that of Laplace's Gaussian.
     """
     draws = laplace(hypothesis) if points is None else points
     limit = -float(ndtri(EDGE))

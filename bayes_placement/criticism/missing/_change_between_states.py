@@ -25,18 +25,10 @@ NEW, CHANGED, UNCHANGED = "new", "changed", "unchanged"
 
 
 class FoundEffect(NamedTuple):
-    """An effect as it was found in one state.
+    """An effect with priors, as it was found in one state.
 
-    Parameters
-    ----------
-    effect
-        The effect, with priors.
-    setting
-        Which part or sensor it is about, in words.
-    estimates
-        Its unknowns, by their words within the effect.
-    hypothesis
-        The hypothesis that was fitted to the state and its baseline.
+    The setting is which part or sensor it is about, in words; the hypothesis was fitted to the
+    state and its baseline. Estimates are of its unknowns, by their words within the effect.
     """
 
     effect: Effect

@@ -37,18 +37,7 @@ def claims(
 ) -> tuple[Any, ...]:
     """Return an entry for each effect of the best hypothesis, ready for a file.
 
-    Parameters
-    ----------
-    comparison
-        All hypotheses.
-    best
-        The one that is claimed.
-    model
-        The same, laid out for the record.
-    stands
-        How the claims stand.
-    none
-        Probability of none of the candidates.
+    `none` is the probability of none of the candidates.
     """
     shares = _shares(comparison)
     entries = []

@@ -21,16 +21,9 @@ PLACES = ("at", "to")
 class Numbered(NamedTuple):
     """A number of an element of a network, or of an effect of the library.
 
-    Parameters
-    ----------
-    symbol, what
-        As in the drawing of the network, and its element; of the library its word, and the effect.
-    field
-        Its name in the element, or in the effect.
-    words
-        Its value with the 95 % interval, in a unit for people.
-    estimate
-        What is known of it; None where it is given.
+    The symbol is as in the drawing of the network, of the library its word; `what` is the element,
+    or the effect. The words are the value with the 95 % interval, in a unit for people. A number
+    that is given has no estimate.
     """
 
     symbol: str

@@ -22,14 +22,9 @@ NEAR = 0.5
 
 
 class Fitted(NamedTuple):
-    """A best fit, and the ends of descents along logarithmic residuals before it.
+    """A best fit, and the ends [start, unknown] of descents along logarithmic residuals before it.
 
-    Parameters
-    ----------
-    fit
-        The fit.
-    near
-        The ends, those of least cost [start, unknown].
+    Those ends are of least cost.
     """
 
     fit: Fit
@@ -53,14 +48,8 @@ def fit_alone(problem: Problem, seed: int = 0) -> Fitted:
 def fit_grown(problem: Problem, places: np.ndarray, further: np.ndarray) -> Fitted:
     """Best fit of an experiment with one more effect, from the best places of a scan.
 
-    Parameters
-    ----------
-    problem
-        The problem with the effect.
-    places
-        The best places [start, unknown], followed along logarithmic residuals first.
-    further
-        Further starts [start, unknown], followed to the end as they are.
+    Places [start, unknown] are followed along logarithmic residuals first, further starts to the
+    end as they are.
     """
 
     def fitted() -> Fitted:

@@ -37,15 +37,7 @@ FITTED = ("fit", "near", "deviations", "has_errors", "as_rival")
 
 
 class FittedFields(NamedTuple):
-    """What is known of a hypothesis from fitting it.
-
-    Parameters
-    ----------
-    fields
-        Fields of the hypothesis.
-    sizes
-        Sizes of its model error.
-    """
+    """Fields of a fitted hypothesis, and sizes of its model error."""
 
     fields: Mapping[str, Any]
     sizes: Mapping[str, float]
@@ -77,18 +69,8 @@ def best_variants(
 
     Those that change a few channels alone are not fitted, see `fits_of_channels`.
 
-    Parameters
-    ----------
-    base
-        The hypothesis.
-    effects
-        Effects of any kinds.
-    most
-        Most variants of a kind that are fitted.
-    tick
-        Called for each effect.
-    meanwhile
-        What this process does first, once helpers have begun.
+    At most so many variants of a kind are fitted. `tick` is called for each effect; `meanwhile` is
+    what this process does first, once helpers have begun.
     """
     variants = defaultdict(list)
     for effect in effects:
@@ -108,14 +90,7 @@ def fits_of_channels(
 ) -> list[Hypothesis]:
     """Fit a few variants of each kind of those that change a few channels alone.
 
-    Parameters
-    ----------
-    candidates
-        Effects on a hypothesis.
-    most
-        Most variants of a kind.
-    may_win
-        Whether any effect on these data may.
+    `may_win` says whether any effect on these data may.
     """
     pairs = [(each, data_changed(each.base, each.effect)) for each in candidates]
     changed = {id(each): data for each, data in pairs if data is not None}
@@ -147,14 +122,8 @@ def extended(
 ) -> list[Hypothesis]:
     """Fit hypotheses with one more effect; those without a finite density are left out.
 
-    Parameters
-    ----------
-    groups
-        Hypotheses and effects; of each group, all of one kind, the most promising one is fitted.
-    tick
-        Called for each effect.
-    meanwhile
-        What this process does first, once helpers have begun.
+    Of each group, all of one kind, the most promising pair is fitted. `tick` is called for each
+    effect; `meanwhile` is what this process does first, once helpers have begun.
     """
     points = points_of_scans(effect for group in groups for _, effect in group)
     tried = _tried([_Group(group, 1) for group in groups], points, tick, meanwhile=meanwhile)
@@ -167,19 +136,8 @@ def relocated(hypotheses: Sequence[Hypothesis], null: Hypothesis, tick: Tick) ->
     A descent moves all effects together. From the mirror image of a place, or from a place that
     was the best one without the others, it leads nowhere else.
 
-    Parameters
-    ----------
-    hypotheses
-        Hypotheses of several effects, all of as many.
-    null
-        The one of none.
-    tick
-        Called once for each effect.
-
-    Returns
-    -------
-    list of Hypothesis
-        For each, that of the greatest evidence, the given one included.
+    All have as many effects; `tick` is called once for each of these. Of each hypothesis comes back
+    the one of the greatest evidence, the given one included.
     """
     best = list(hypotheses)
     for effects in zip(*(hypothesis.effects for hypothesis in hypotheses), strict=True):
@@ -201,17 +159,7 @@ def _log_evidence(hypothesis: Hypothesis) -> float:
 
 
 def without(hypothesis: Hypothesis, name: str, null: Hypothesis) -> Hypothesis:
-    """Return a hypothesis less one of its effects, all else where it is.
-
-    Parameters
-    ----------
-    hypothesis
-        The hypothesis.
-    name
-        Name of the effect.
-    null
-        The hypothesis without effects.
-    """
+    """Return a hypothesis less one of its effects, all else where it is."""
     others = tuple(effect for effect in hypothesis.effects if effect.name != name)
     problem = functools.reduce(Problem.with_effect, others, null.problem)
     fit = hypothesis.fit._replace(point=hypothesis.point_in(problem))

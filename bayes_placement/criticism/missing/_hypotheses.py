@@ -29,24 +29,10 @@ from ._screening_lines import at_screening_lines
 class Hypothesis:
     """An experiment with none, one or several effects, fitted.
 
-    Parameters
-    ----------
-    effects
-        The effects, with priors.
-    problem
-        The least-squares problem.
-    fit
-        Its best fit.
-    near
-        Ends of descents along logarithmic residuals [start, unknown], of the exact model.
-    deviations
-        Standard deviation of the log of each unknown size of the model error, by name.
-    has_errors
-        Whether a model error is fitted.
-    as_rival
-        Evidence on the way to its fit with model error.
-    chi2_when_exact
-        Mean square of the residuals of its fit without the model error; NaN where there is none.
+    Effects have priors. `near` are ends of descents along logarithmic residuals [start, unknown],
+    of the exact model. `deviations` are standard deviations of the log of each unknown size of the
+    model error, by name. `as_rival` is the evidence on the way to its fit with model error,
+    `chi2_when_exact` the mean square of the residuals of its fit without; NaN where there is none.
     """
 
     effects: tuple[Effect, ...]
@@ -134,14 +120,7 @@ def with_errors(exact: Hypothesis, errors: ModalErrors, rival: Rival = NO_RIVAL)
     Errors begin at zero, where the exact model follows the data best on a logarithmic scale: a fit
     whose errors have already taken up what an effect does would keep them.
 
-    Parameters
-    ----------
-    exact
-        The hypothesis without model error.
-    errors
-        The errors.
-    rival
-        Another hypothesis; where this one stays far behind it is left as it is.
+    Where it stays far behind the rival, it is left as it is.
     """
     return fitted_with_errors(exact, problem_with_errors(exact, errors), rival)
 

@@ -13,15 +13,7 @@ ALL = slice(None)
 
 
 class Linear:
-    """Residuals and their slopes along unknowns of standard normal priors.
-
-    Parameters
-    ----------
-    residual
-        Residuals at the fit.
-    slopes
-        Their slopes.
-    """
+    """Residuals and their slopes along unknowns of standard normal priors."""
 
     def __init__(
         self,
@@ -37,12 +29,7 @@ class Linear:
     ) -> Float[np.ndarray, "point"]:
         """Half the sum of squares and the prior, once all is fitted to other residuals.
 
-        Parameters
-        ----------
-        residual
-            Residuals in the place of those of some data; those of all others stay.
-        data
-            Which data these are.
+        These replace the residuals of some data; those of all others stay.
         """
         before = self.residual[data]
         pull = (residual - before) @ self.slopes[:, data].T

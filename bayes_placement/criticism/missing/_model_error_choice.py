@@ -51,28 +51,12 @@ from .table import Policy, TableOfFits
 
 
 class Question(NamedTuple):
-    """The question which of some effects an experiment lacks.
+    """The question which of some effects an experiment, without its model error, lacks.
 
-    Parameters
-    ----------
-    experiment
-        The experiment without model error.
-    data
-        Measured outputs.
-    tried
-        The candidates.
-    errors
-        The model error; None where the model is exact.
-    declared
-        Whether the experiment was given with it; else it is a rival of all candidates.
-    level
-        Probability that a correct model fails its check.
-    fits
-        Fits of the same question that were made before, and those that are made now.
-    most_effects
-        Most effects that are added.
-    seen
-        Called with what has been compared so far.
+    A model error that is not declared with the experiment is a rival of all candidates. The level
+    is the probability that a correct model fails its check. Fits of the same question are those
+    that were made before, and those that are made now. `seen` is called with what has been compared
+    so far.
     """
 
     experiment: Experiment
@@ -122,17 +106,10 @@ class Question(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """Hypotheses compared.
+    """Hypotheses compared, exact or with model error, as the data ask for.
 
-    Parameters
-    ----------
-    null
-        The model as given, exact; with an earlier state, the model of that one alone.
-    comparison
-        Those of the world, exact or with model error, that the data ask for.
-    baseline
-        The model fitted to the earlier state alone, completed where it lacked something there; None
-        where there is only one state.
+    `null` is the model as given, exact; with an earlier state, the model of that one alone.
+    `baseline` is that fitted to the earlier state alone, completed where it lacked something there.
     """
 
     null: Hypothesis

@@ -57,15 +57,8 @@ class LawsBeside:
 
     None where it passes its check, or where there is no complex FRF at which a law is read.
 
-    Parameters
-    ----------
-    base
-        The hypothesis.
-    tick
-        Called once for each kind of port.
-    before
-        The same hypothesis as an earlier state tells it, with its sizes of a model error: of the
-        fit to both states these take up what is new.
+    `tick` is called once for each kind of port. `before` is the same hypothesis as an earlier state
+    tells it, with its sizes of a model error: of the fit to both states these take up what is new.
     """
 
     def __init__(self, base: Hypothesis, tick: Tick, before: Hypothesis | None = None):
@@ -91,13 +84,6 @@ def with_networks(comparison: Comparison, laws: LawsBeside) -> Comparison:
 
     With a model error, where laws take minutes, none where another hypothesis explains the data. Of
     two states networks act in the later one.
-
-    Parameters
-    ----------
-    comparison
-        Hypotheses.
-    laws
-        Laws beside one of them, to which a network is added.
     """
     if laws.base.has_errors and explains(comparison.best(), LEVEL):
         return comparison
@@ -146,14 +132,8 @@ def with_other_laws(
     Alone, a network took up a little of what the others do: beside them it may be another one, and
     on another kind of port. With a model error, where that takes minutes, it stays where it is.
 
-    Parameters
-    ----------
-    comparison
-        Hypotheses.
-    tick
-        Called once for each network that is replaced, and once for each kind of port.
-    looked
-        Laws that were looked for beside a hypothesis, and are not looked for again.
+    `tick` is called once for each network that is replaced, and once for each kind of port. Laws
+    that were looked for beside a hypothesis are not looked for again.
     """
     best, null = comparison.best(), comparison.of(())
     networks = [effect for effect in best.effects if kind_of(effect) in comparison.networks]
@@ -190,15 +170,7 @@ def _listed_effects(comparison: Comparison, laws: Sequence[NamedLaw]) -> list[Ef
 
 
 def priors_of_networks(hypothesis: Hypothesis, comparison: Comparison) -> dict[str, float]:
-    """Log priors of networks that were found by another search.
-
-    Parameters
-    ----------
-    hypothesis
-        What was found there.
-    comparison
-        Hypotheses of this search.
-    """
+    """Log priors of networks that were found by another search."""
     pieces = Counter(port.acts_on for port in ports_of(hypothesis.problem.experiment))
     networks: list[Any] = [
         effect
