@@ -16,12 +16,8 @@ OUTLIERS, SIZE_OF_OUTLIERS = 0.01, 10.0
 class Mixture(NamedTuple):
     """Errors that are normal, or with a small probability far larger.
 
-    Parameters
-    ----------
-    gain
-        Log likelihood over that of normal errors of the fitted deviations.
-    probability
-        Probability that each datum is an outlier; zero where nothing was measured.
+    `gain` is the log likelihood over that of normal errors of the fitted deviations; a datum is an
+    outlier with a probability that is zero where nothing was measured.
     """
 
     gain: float
@@ -38,12 +34,8 @@ def mixture(residual: Float[np.ndarray, "datum"], count: int) -> Mixture:
 
     The level of all is the most probable one, since outliers have raised the one that was fitted.
 
-    Parameters
-    ----------
-    residual
-        Residuals over their fitted standard deviations; zero where nothing was measured.
-    count
-        Number of data that were measured.
+    Residuals are over their fitted standard deviations, zero where nothing was measured; `count`
+    data were.
     """
     squares = residual**2
 

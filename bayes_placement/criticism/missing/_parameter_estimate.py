@@ -9,24 +9,11 @@ from ...inference.units import ReadableUnit, readable
 
 
 class ParameterEstimate(NamedTuple):
-    """What is known of one unknown.
+    """What is known of one unknown, of the posterior and in its unit.
 
-    Parameters
-    ----------
-    mean, standard_deviation
-        Of the posterior.
-    low, high
-        Its 99 % interval.
-    unit
-        Unit of the above.
-    effect
-        Name of the effect that it belongs to; None for one of the structure or its instruments.
-    word
-        Its name within the effect.
-    field
-        Field of the effect that it is, or is in; of the structure or an instrument likewise.
-    low_95, high_95
-        Its 95 % interval.
+    `low` and `high` end its 99 % interval, `low_95` and `high_95` its 95 % interval. An unknown of
+    the structure or its instruments has no effect. `word` is its name within the effect, `field`
+    the field of the effect, the structure or the instrument that it is, or is in.
     """
 
     mean: float

@@ -25,20 +25,10 @@ ONE_FIT = 0.01
 class Comparison(NamedTuple):
     """Fitted hypotheses, and the candidates that they were chosen from.
 
-    Parameters
-    ----------
-    hypotheses
-        Fitted hypotheses, one of them without effects.
-    variants
-        Number of variants of each kind.
-    candidates
-        Scan of each candidate alone.
-    networks
-        Log prior probability of each network that is in no list, within its kind of port.
-    reach
-        What laws at each place could remove; None where that was not looked for.
-    swaps
-        Swapped pairs, all of them; candidates are those that leave least.
+    One of the hypotheses is without effects. `variants` numbers those of each kind; `candidates`
+    are scans of each alone. `networks` are log prior probabilities of those that are in no list,
+    within their kind of port. `reach` is what laws at each place could remove, None where that was
+    not looked for. `swaps` are all swapped pairs; candidates are those that leave least.
     """
 
     hypotheses: list[Hypothesis]

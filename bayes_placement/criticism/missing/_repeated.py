@@ -24,15 +24,6 @@ def may_be_added(effect: Effect, problem: Problem, branch: Hypothesis) -> bool:
 
     It can act together with them. It is of another kind; or it may be there more than once, and
     this one is elsewhere or about something else: two delays of one channel are one.
-
-    Parameters
-    ----------
-    effect
-        The effect.
-    problem
-        A problem with it.
-    branch
-        The hypothesis to which it may be added.
     """
     kind = kind_of(effect)
     if not can_act_together((*branch.effects, effect)):
@@ -68,12 +59,7 @@ def _placed(effect: Effect, experiment: Experiment) -> Effect:
 def with_swapped_names(hypothesis: Hypothesis, name: str, other: str) -> Hypothesis:
     """Return a hypothesis with two names of effects swapped; which order they have means nothing.
 
-    Parameters
-    ----------
-    hypothesis
-        The hypothesis.
-    name, other
-        Names of effects, one of which it may lack.
+    It may lack one of the two.
     """
     if name == other:
         return hypothesis
@@ -129,19 +115,7 @@ def named_alike(hypothesis: Hypothesis, known: Hypothesis) -> Hypothesis:
 def nearest(
     hypothesis: Hypothesis, other: Hypothesis, effect: Effect, taken: Collection[str] = ()
 ) -> Effect | None:
-    """Return the effect of a hypothesis that is most like that of another one, if of its kind.
-
-    Parameters
-    ----------
-    hypothesis
-        The hypothesis.
-    other
-        The other one.
-    effect
-        Its effect.
-    taken
-        Names of effects that are left out.
-    """
+    """Return the effect of a hypothesis most like one of another, if of its kind and not taken."""
     alike = [each for each in hypothesis.effects if kind_of(each) == kind_of(effect)]
     free = [each for each in alike if each.name not in taken]
     return min(free, key=lambda each: _distance(hypothesis, each, other, effect), default=None)

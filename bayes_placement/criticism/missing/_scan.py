@@ -22,17 +22,11 @@ together: residuals of all would be gigabytes."""
 class Scan(NamedTuple):
     """An effect scanned through its prior, all else as it is without the effect.
 
-    Parameters
-    ----------
-    points
-        Points in the coordinates of the effect [point, own unknown].
-    residual
-        Logarithmic residuals there [point, some], in single precision.
-    predicted_cost
-        Cost at each point once all else is fitted, as far as residuals are linear in it.
-    data
-        Which data, of those of the lines of scans, the residuals are of: those that the effect
-        changes. None where these are all: then the residuals are of a sample, see `sample`.
+    Points [point, own unknown] are in the coordinates of the effect; residuals [point, some] are
+    logarithmic, in single precision. `predicted_cost` is that at each point once all else is
+    fitted, as far as residuals are linear in it. `data` are those, of the lines of scans, that the
+    effect changes, and that the residuals are of. None where these are all: then the residuals are
+    of a sample, see `sample`.
     """
 
     points: np.ndarray
@@ -61,16 +55,9 @@ ANY_SCAN = Scan(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0))
 def scan(part: EffectAtData, counts: dict[str, int], most: int, linear: Linear) -> Scan:
     """Scan an effect through the prior of its own unknowns.
 
-    Parameters
-    ----------
-    part
-        The effect at the lines of scans.
-    counts
-        Its unknowns, and the number of points along each.
-    most
-        Greatest number of points.
-    linear
-        Logarithmic residuals without it, along whose slopes all other unknowns are refitted.
+    `part` is the effect at the lines of scans, `counts` the number of points along each of its
+    unknowns. All other unknowns are refitted along the slopes of the logarithmic residuals without
+    it.
     """
     grid = _grid(part.problem, counts, most)
     parts = (grid[begin : begin + TOGETHER] for begin in range(0, len(grid), TOGETHER))

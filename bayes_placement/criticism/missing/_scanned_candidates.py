@@ -44,16 +44,8 @@ Tick = Callable[[], None]
 class ScannedCandidate:
     """One more effect on a hypothesis, scanned through its prior but not yet fitted.
 
-    Parameters
-    ----------
-    base
-        The hypothesis without it.
-    effect
-        The effect, under a free name.
-    scan
-        Its scan.
-    scores
-        How suspicious its places and settings are, see `suspicion`; None where that is not known.
+    The hypothesis is without it; the effect has a free name. `scores` tell how suspicious its
+    places and settings are, see `suspicion`, None where that is not known.
     """
 
     base: Hypothesis
@@ -122,14 +114,8 @@ def scanned(
 ) -> Iterator[ScannedCandidate]:
     """Scan effects on hypotheses, in their order. Meanwhile the next ones are compiled.
 
-    Parameters
-    ----------
-    pairs
-        Hypotheses and effects.
-    tick
-        Called after each of them.
-    points
-        Greatest number of points by kind, where there are other pairs than these.
+    `tick` is called after each of them. `points` are the most by kind, where there are other pairs
+    than these.
     """
     most = points or points_of_scans(effect for _, effect in pairs)
     scannings = (

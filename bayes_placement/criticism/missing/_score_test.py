@@ -52,15 +52,9 @@ TRIALS = 2000
 class _Signatures(NamedTuple):
     """What an effect changes at its weakest, beyond what the model can absorb.
 
-    Parameters
-    ----------
-    points
-        Places and settings of the effect to which it is sensitive [place, unknown]; of a vector of
-        strengths each as often as there are components.
-    score
-        The score at each.
-    correlation
-        Correlation of the scores [place, place].
+    Points [place, unknown] are places and settings of the effect to which it is sensitive; of a
+    vector of strengths each as often as there are components. Each has a score; these have a
+    correlation [place, place].
     """
 
     points: np.ndarray
@@ -69,17 +63,7 @@ class _Signatures(NamedTuple):
 
 
 class _Scores(NamedTuple):
-    """Scores of a candidate.
-
-    Parameters
-    ----------
-    points
-        Places and settings of the effect to which it is sensitive [place, unknown].
-    score
-        The score at each.
-    p_value
-        That of the candidate.
-    """
+    """Scores of a candidate at places and settings that it is sensitive to [place, unknown]."""
 
     points: np.ndarray
     score: np.ndarray
@@ -93,16 +77,12 @@ ANY_SCORES = _Scores(np.zeros((0, 0)), np.zeros(0), 1.0)
 def suspicion(null: Hypothesis, candidates: Sequence[ScannedCandidate]) -> pd.DataFrame:
     """Score every candidate along its places and settings.
 
-    Returns
-    -------
-    DataFrame
-        One row for each place and setting, and each component of a vector of strengths: `kind`,
-        `variant` (number), `setting` (words for what of the structure or which sensor it is
-        about), `at` [m] (place on a line or shift of a sensor; NaN where there is none), `x`, `y`,
-        `z` [m] (place of the effect, or of the sensor, support, member or region that it is about;
-        NaN where not known, and for y and z on a line), `score` (standard normal if nothing is
-        missing), and `p_value` of the candidate, corrected for all its places, settings and
-        components.
+    There is a row for each place and setting, and each component of a vector of strengths: `kind`,
+    `variant` (number), `setting` (words for what of the structure or which sensor it is about),
+    `at` [m] (place on a line or shift of a sensor; NaN where there is none), `x`, `y`, `z` [m]
+    (place of the effect, or of the sensor, support, member or region that it is about; NaN where
+    not known, and for y and z on a line), `score` (standard normal if nothing is missing), and
+    `p_value` of the candidate, corrected for all its places, settings and components.
     """
     known = [candidate.scores for candidate in candidates if candidate.scores is not None]
     frames = known if len(known) == len(candidates) else scores(null, candidates)
@@ -226,22 +206,9 @@ def changes(
     Of a vector of strengths each component is changed by itself: at its weakest, which may be zero,
     all of them together may change nothing but the rounding.
 
-    Parameters
-    ----------
-    problem
-        The problem with the effect.
-    effect
-        The effect.
-    points
-        Points at which it is weak [place, unknown].
-    residual
-        Residual without it [datum].
-
-    Returns
-    -------
-    tuple
-        Points [change, unknown], those of a vector as often as it has components; and the changes
-        [change, datum].
+    Points [place, unknown] are those at which it is weak, the residual is without it. Points
+    [change, unknown] come back, those of a vector as often as it has components; and the changes
+    [change, datum].
     """
     after, _ = problem.squares.residuals(points)
     components = _components(problem, effect)

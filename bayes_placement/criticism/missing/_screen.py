@@ -40,17 +40,10 @@ def worth_fitting(
     sign. At the best of them errors have sizes of their own: where a single error was large because
     an effect is missing, the size of all others falls with it.
 
-    Parameters
-    ----------
-    null
-        The hypothesis without effects, with model error. It passes its check.
-    exact
-        The comparison without model error, for the prior odds.
-    hypotheses
-        Single effects in descending order of evidence: fitted without model error, or of that of
-        the null and where a scan sees them.
-    fitted
-        Effects that are fitted with model error.
+    The null is without effects, with model error, and passes its check. `exact` is the comparison
+    without model error, for the prior odds. Hypotheses are single effects in descending order of
+    evidence: fitted without model error, or of that of the null and where a scan sees them. Those
+    fitted have model error.
     """
     model = _ErroneousModel(null)
     prior_of_none = exact.log_prior(null)

@@ -68,12 +68,7 @@ class Thinned:
     Its sums of squares, and its sums of logs, are those of the whole problem but for the error of
     the sample. States that observe modes keep them all.
 
-    Parameters
-    ----------
-    whole
-        The problem.
-    step
-        Number of lines of which one is taken, at least 1.
+    Of each `step` lines one is taken.
     """
 
     def __init__(self, whole: Problem, step: int):

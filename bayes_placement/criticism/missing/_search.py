@@ -74,14 +74,8 @@ def with_channels(comparison: Comparison, level: float, needs_all: bool = False)
     Where that stays behind the best by more than the odds that decide, and the check fails even
     without these data, the effect is neither claimed, nor confounded, nor an alternative.
 
-    Parameters
-    ----------
-    comparison
-        The model as given, and effects that change all channels.
-    level
-        Probability that a correct model fails its check.
-    needs_all
-        Whether all are fitted, since a model error changes what may win.
+    The level is the probability that a correct model fails its check. All are fitted where a model
+    error changes what may win.
     """
     null, best = comparison.of(()), comparison.best()
     without = LeftOut(null.problem, null.fit)

@@ -27,20 +27,10 @@ from ._search import single_effects, with_channels
 
 
 class SharedFits:
-    """Fits of one question.
+    """Fits of one question, of an experiment without its model error.
 
-    Parameters
-    ----------
-    experiment
-        The experiment without model error.
-    data
-        Measured outputs.
-    tried
-        The candidates.
-    errors
-        The model error; None where the model is exact.
-    declared
-        Whether the experiment was given with it, so that all are fitted with it.
+    A model error that is declared is that with which the experiment was given, so that all are
+    fitted with it.
     """
 
     def __init__(

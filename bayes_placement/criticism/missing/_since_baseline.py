@@ -32,16 +32,8 @@ MOST_LACKING = 2
 class Earlier(NamedTuple):
     """An earlier state, and the model that explains it if any does.
 
-    Parameters
-    ----------
-    question
-        What is new since, asked of that model.
-    state
-        The earlier state.
-    before
-        The model fitted to it alone; its effects are those that the model as given lacked.
-    as_given
-        The model as given, fitted to it.
+    The question is what is new since, asked of that model. `before` is the model fitted to the
+    state alone; its effects are those that the model as given, `as_given`, lacked.
     """
 
     question: Question
