@@ -24,13 +24,7 @@ def nothing_seen(comparison: Comparison) -> None:
 
 
 class BestSoFar:
-    """Tells the best hypothesis so far, laid out, whenever it is another one.
-
-    Parameters
-    ----------
-    callback
-        What is called with it.
-    """
+    """Tells the best hypothesis so far, laid out, whenever it is another one."""
 
     def __init__(self, callback: Callback):
         self._callback = callback

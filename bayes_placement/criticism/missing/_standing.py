@@ -16,16 +16,10 @@ from .fitted_model import FittedModel, Sampled, fitted_model
 class Standing:
     """How a verdict stands.
 
-    Parameters
-    ----------
-    exact_fails
-        Whether the model as given, without model error, fails its check; not with an earlier state.
-    doubts
-        Doubts of each effect of the best hypothesis, by its name.
-    where
-        Where the best model fails, or where that does not, the exact one; empty where neither does.
-    nearest
-        The best candidate, where none is claimed and there is any.
+    `exact_fails` says that the model as given, without model error, fails its check; not with an
+    earlier state. Doubts are of each effect of the best hypothesis, by its name. `where` says where
+    the best model fails, or where that does not, the exact one. `nearest` is the best candidate,
+    where none is claimed and there is any.
     """
 
     exact_fails: bool = False
@@ -43,12 +37,7 @@ class Standing:
 
         The least of all limits: their product would count a misfit twice.
 
-        Parameters
-        ----------
-        name
-            Name of the effect.
-        none
-            Probability of none of the candidates.
+        `none` is the probability of none of the candidates.
         """
         limits = [doubt.probability for doubt in self.doubts.get(name, ())]
         return min([1 - none, *limits])

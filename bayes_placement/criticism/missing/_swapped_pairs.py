@@ -27,15 +27,6 @@ def likeliest(base: Hypothesis, effects: Sequence[Effect], most: int) -> list[Ef
     """Return effects, of each kind of swapped pairs those alone that leave least, so many.
 
     All, where records have gaps or are no complex FRFs.
-
-    Parameters
-    ----------
-    base
-        A hypothesis.
-    effects
-        Effects of any kinds.
-    most
-        Number of pairs.
     """
     screened = at_screening_lines(base.problem)
     problem = screened if isinstance(screened, Problem) else screened.problem
@@ -79,14 +70,8 @@ def costs_of_pairs(
 ) -> Float[np.ndarray, "transducer transducer"]:
     """Cost of each pair, the data of each in the same order.
 
-    Parameters
-    ----------
-    base
-        A hypothesis.
-    problem
-        Its problem at the lines of scans.
-    data
-        Numbers of the data of each transducer.
+    The problem is that of the hypothesis at the lines of scans; numbers are those of the data of
+    each transducer.
     """
     linear = linear_logarithmic(base)
     parts = np.moveaxis(np.asarray(problem.data.z), -2, 0)

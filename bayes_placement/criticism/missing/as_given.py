@@ -10,30 +10,14 @@ from ._hypotheses import null_hypothesis, with_errors
 
 
 class AsGiven(NamedTuple):
-    """Best fit of a model as it was given.
-
-    Parameters
-    ----------
-    values
-        Value of every unknown, by name.
-    cautions
-        What to doubt in the fit, a sentence each.
-    """
+    """Best fit of a model as it was given, and what to doubt in it, a sentence each."""
 
     values: dict[str, np.ndarray]
     cautions: tuple[str, ...]
 
 
 def fitted_as_given(experiment: Experiment, measurement: Measurements) -> AsGiven:
-    """Fit a model as it is given; `fits_kept_in` shares the fit.
-
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    measurement
-        What was measured.
-    """
+    """Fit a model as it is given; `fits_kept_in` shares the fit."""
     fit = null_hypothesis(experiment.with_errors(None), experiment.data(measurement))
     if experiment.model_error is not None:
         fit = with_errors(fit, experiment.model_error)

@@ -19,12 +19,8 @@ FAILS = "the model still fails its check"
 class Doubt(NamedTuple):
     """Why a claim may be wrong although no candidate explains the data better.
 
-    Parameters
-    ----------
-    words
-        The reason, after "but".
-    p_value
-        Probability of as much reason for doubt where the claim is right.
+    Words are the reason, after "but"; the p-value is the probability of as much reason for doubt
+    where the claim is right.
     """
 
     words: str

@@ -252,16 +252,8 @@ def fitted_model(
 ) -> FittedModel:
     """Lay out a hypothesis for the record.
 
-    Parameters
-    ----------
-    hypothesis
-        The hypothesis.
-    sampled
-        Hypotheses that were sampled.
-    added
-        Name of the effect that is new in it; the last of its effects by default.
-    in_full
-        Whether to say how well it predicts held-out data and what noise it needs, which takes time.
+    The last of its effects is new in it by default. In full, the record says how well it predicts
+    held-out data and what noise it needs, which takes time.
     """
     posterior = sampled.get(id(hypothesis))
     parameters = estimates(hypothesis, None if posterior is None else posterior.points)

@@ -27,16 +27,7 @@ def fitted_from(
 ) -> dict[str, float]:
     """Fit a model from given values alone; sizes of a model error stay as they are.
 
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    measurement
-        What was measured.
-    values
-        Where the descents begin.
-    seen
-        Called with the best values so far, step by step.
+    `seen` is called with the best values so far, step by step.
     """
     sizes = {size.name: float(values[size.name]) for size in sizes_of(experiment)}
     problem = Problem(experiment, experiment.data(measurement), sizes=sizes)
@@ -56,12 +47,7 @@ def fitted_from(
 class _Watched:
     """What a descent makes small, which tells where it has come to.
 
-    Parameters
-    ----------
-    objective
-        What is made small.
-    seen
-        Called with the best of the points at which slopes are taken.
+    `seen` is called with the best of the points at which slopes are taken.
     """
 
     def __init__(self, objective: Objective, seen: Callable[[np.ndarray], None]):

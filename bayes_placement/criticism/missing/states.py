@@ -17,15 +17,7 @@ from .ledger import Ledger, misfit_columns
 
 
 class EffectInState(NamedTuple):
-    """An effect in one state, and what became of it since it was last found.
-
-    Parameters
-    ----------
-    found
-        The effect.
-    change
-        `new`, `changed` or `unchanged`.
-    """
+    """An effect in one state, `new`, `changed` or `unchanged` since it was last found."""
 
     found: FoundEffect
     change: str
@@ -48,13 +40,7 @@ class EffectInState(NamedTuple):
 
 
 class Course(NamedTuple):
-    """One effect through the states.
-
-    Parameters
-    ----------
-    in_state
-        The effect in each state in which it was found, by label.
-    """
+    """One effect through the states, by the label of each in which it was found."""
 
     in_state: Mapping[str, EffectInState]
 
@@ -202,14 +188,9 @@ def courses_of(
     effects_by_state: Mapping[str, Sequence[FoundEffect]],
     change: Callable[[FoundEffect, FoundEffect], str] = change,
 ) -> tuple[Course, ...]:
-    """Follow each effect through the states.
+    """Follow each effect through the states, by their label.
 
-    Parameters
-    ----------
-    effects_by_state
-        The effects that were found in each state, by label.
-    change
-        Says what became of an effect between two states.
+    `change` says what became of an effect between two states.
     """
     courses: list[dict[str, EffectInState]] = []
     for label, effects in effects_by_state.items():

@@ -88,33 +88,21 @@ AS_STATED = Policy()
 class Row(NamedTuple):
     """Numbers of a fitted hypothesis; NaN stands for what there is not.
 
-    Parameters
-    ----------
-    kinds, effects, variants
-        Kinds of its effects, sorted, their names, and what they are about where others of their
-        kind may stand for them, sorted; none of the model as given.
-    log_evidence, log_prior
-        Log evidence, and log prior probability among hypotheses of as many effects.
-    squares, data, determined
-        Sum of squares of the residuals over their deviations, number of data, and number of
-        unknowns that they determine.
-    is_noise_known
-        Whether the level of the noise is stated, or read from the data. If not:
-    neumann, outliers, gain_with_outliers
-        Von Neumann's ratio of the residuals and the inverse of its deviation, expected number of
-        outliers, and log likelihood gained where a few data may be some.
-    noise
-        Median noise over the amplitude [1].
-    has_errors, sizes
-        Whether a model error is fitted; its sizes: name, size, and the share of the prior below.
-    chi2_when_exact, p_value_when_exact
-        Without model error chi2 per datum, and of the model as given the p-value of its check.
-    states
-        States of the structure that share all other unknowns: 2 with a baseline.
-    held_out
-        Mean log density of a datum of each block that was held out; empty where not computed.
-    edges
-        Of sizes of effects: the effect, side, and posterior over prior probability at that edge.
+    `kinds`, sorted, and `effects` are kinds and names of its effects, `variants` what they are
+    about where others of their kind may stand for them, sorted. The log prior is that among
+    hypotheses of as many effects. `squares` are of residuals over their deviations, `determined` is
+    the number of unknowns that the data determine.
+
+    The level of the noise is known where it is stated, or read from the data. If not, `neumann` is
+    von Neumann's ratio of the residuals and the inverse of its deviation, `outliers` their expected
+    number, and `gain_with_outliers` the log likelihood gained where a few data may be some. `noise`
+    is its median over the amplitude [1].
+
+    `sizes` of a model error are name, size, and the share of the prior below. Values when exact are
+    without model error: chi2 per datum, and of the model as given the p-value of its check.
+    `states` share all other unknowns: 2 with a baseline. `held_out` is the mean log density of a
+    datum of each block that was held out; `edges` are of sizes of effects: the effect, side, and
+    posterior over prior probability at that edge.
     """
 
     kinds: tuple[str, ...]
@@ -239,16 +227,9 @@ def gain_of_smooth_misfit(ratio: float, certainty: float, largest: float) -> flo
 
 @with_short_repr
 class TableOfFits(NamedTuple):
-    """Rows of all fitted hypotheses, one of them without effects.
+    """Rows of all fitted hypotheses in any order, one of them without effects.
 
-    Parameters
-    ----------
-    rows
-        One a hypothesis, in any order.
-    kinds
-        Kinds that were tried, fitted or not.
-    baseline
-        The model fitted to an earlier state alone; None where there is none.
+    Kinds were tried, fitted or not. The baseline is the model fitted to an earlier state alone.
     """
 
     rows: Sequence[Row]
