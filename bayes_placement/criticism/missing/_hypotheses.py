@@ -120,7 +120,7 @@ def with_errors(exact: Hypothesis, errors: ModalErrors, rival: Rival = NO_RIVAL)
     Errors begin at zero, where the exact model follows the data best on a logarithmic scale: a fit
     whose errors have already taken up what an effect does would keep them.
 
-    Where it stays far behind the rival, it is left as it is.
+    A hypothesis that stays far behind its rival is left as it is.
     """
     return fitted_with_errors(exact, problem_with_errors(exact, errors), rival)
 

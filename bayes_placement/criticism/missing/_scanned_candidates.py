@@ -114,8 +114,8 @@ def scanned(
 ) -> Iterator[ScannedCandidate]:
     """Scan effects on hypotheses, in their order. Meanwhile the next ones are compiled.
 
-    `tick` is called after each of them. `points` are the most by kind, where there are other pairs
-    than these.
+    `tick` is called after each of them. `points` is their greatest number by kind, where there are
+    other pairs than these.
     """
     most = points or points_of_scans(effect for _, effect in pairs)
     scannings = (
