@@ -28,12 +28,7 @@ def as_measured(law: NamedLaw, free: Free) -> pd.DataFrame:
 
     Each with its uncertainty.
 
-    Parameters
-    ----------
-    law
-        A law at the port, fitted in full.
-    free
-        The problem with the port, or the factor; nothing is held.
+    The law is fitted in full; the problem with the port, or the factor, holds nothing.
     """
     covariance = law.fit.gaussian.covariance
     asked, variance = kept(

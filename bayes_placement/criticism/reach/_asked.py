@@ -30,18 +30,10 @@ LARGEST = np.array([5.0] * NUMBERS + [np.inf] * 2)
 class Asked(NamedTuple):
     """Quadratic form of the cost in t, for each of some places.
 
-    Parameters
-    ----------
-    information, pull, receptance
-        Of t at each line.
-    absorbed
-        Whitened change of the pull on the other unknowns with t.
-    given
-        The same pull without a law.
-    constant
-        Cost without a law, before the other unknowns are fitted.
-    log_volume
-        Logarithm of the volume that the data leave to the other unknowns.
+    `information`, `pull` and `receptance` are of t at each line; `absorbed` is the whitened change
+    of the pull on the other unknowns with t, `given` the same pull without a law. `constant` is the
+    cost without a law, before the other unknowns are fitted, `log_volume` the logarithm of the
+    volume that the data leave to these.
     """
 
     information: Float[np.ndarray, "place frequency"]
@@ -56,14 +48,7 @@ class Asked(NamedTuple):
     def at(cls, free: Free, points: Points, lines: Any) -> "Asked":
         """Read it at points, each at a place of its own, at some lines that stand for all.
 
-        Parameters
-        ----------
-        free
-            The problem with a law that may be any.
-        points
-            Fits with the law free at each line.
-        lines
-            Numbers of the lines.
+        Points are fits with the law free at each line.
         """
         parts = (cls._at(free, part, lines) for part in in_parts(points, free.problem))
         return cls(*map(np.concatenate, zip(*parts, strict=True)))
@@ -99,16 +84,8 @@ class Asked(NamedTuple):
 class LawsAsked:
     """What a descent over the numbers of many laws makes small, each at a place.
 
-    Parameters
-    ----------
-    asked
-        What the data ask at each place.
-    rows
-        The networks, or filters.
-    omega
-        Angular frequencies [rad/s].
-    is_cut
-        Whether laws are inserted.
+    `rows` are networks, or filters; `omega` are angular frequencies [rad/s]; `is_cut` says that
+    laws are inserted.
     """
 
     def __init__(self, asked: Asked, rows: Rows, omega: Any, is_cut: bool):

@@ -40,22 +40,11 @@ AnyPort: TypeAlias = Port | ChannelPort
 
 
 class ReachOfPort(NamedTuple):
-    """What laws at a kind of port can do, by place.
+    """What laws at a kind of port, or channels, can do, by place.
 
-    Parameters
-    ----------
-    port
-        The kind of port, or the channels.
-    free
-        The problem with a law, or a factor, that may be any.
-    points
-        Fits with the law free at each line [place, unknown].
-    squares
-        Their sums of squares.
-    squares_of_law
-        Those of the best law of a few numbers at each place, priors included.
-    log_evidence
-        Log evidence of that law.
+    Points [place, unknown] are fits with the law free at each line, `squares` their sums of
+    squares; `squares_of_law` are those of the best law of a few numbers at each place, priors
+    included, which has the log evidence.
     """
 
     port: AnyPort
@@ -80,16 +69,7 @@ def reach_of_port(
 ) -> ReachOfPort:
     """Fit all else at each place with a free law, then laws of a few numbers there.
 
-    Parameters
-    ----------
-    base
-        The problem of the model.
-    point
-        Its fit.
-    port
-        The kind of port.
-    places
-        Coordinates of the places; all over the structure by default.
+    The point is the fit of the model; places are all over the structure by default.
     """
     problem = base.with_effect(port.effect)
     columns = place_columns(port, problem)
@@ -101,15 +81,7 @@ def reach_of_port(
 
 
 def reach_of_scanned(base: Problem, point: Point, port: Port, scanned: Scanned) -> ReachOfPort:
-    """Fit laws of a few numbers at the places that a scan leaves; all else is linear there.
-
-    Parameters
-    ----------
-    base, point, port
-        As of `reach_of_port`.
-    scanned
-        The places.
-    """
+    """Fit laws of a few numbers at the places that a scan leaves; all else is linear there."""
     problem = base.with_effect(port.effect)
     free = FreeLaw(problem, place_columns(port, problem))
     points = np.repeat(point_in_problem(base, point, problem)[None], len(scanned.places), axis=0)
@@ -119,29 +91,14 @@ def reach_of_scanned(base: Problem, point: Point, port: Port, scanned: Scanned) 
 
 
 def reach_of_channel(point: Point, port: ChannelPort, free: FreeFactor) -> ReachOfPort:
-    """Fit all else with a free factor on channels, then filters of a few numbers.
-
-    Parameters
-    ----------
-    point
-        The fit of the model.
-    port
-        The channels.
-    free
-        The problem with a factor on them.
-    """
+    """Fit all else with a free factor on channels, then filters of a few numbers."""
     return _reach_at(port, free, point, np.zeros((1, 0)), np.arange(len(FILTERS)))
 
 
 def reach_at_fit(point: Point, port: ChannelPort, free: FreeFactor, squares: float) -> ReachOfPort:
     """Return the same to first order: all else is linear, at the fit of the model.
 
-    Parameters
-    ----------
-    point, port, free
-        As of `reach_of_channel`.
-    squares
-        Sum of squares without the data of these channels.
+    The sum of squares is without the data of these channels.
     """
     which = np.arange(len(FILTERS))
     return _with_laws(port, free, point[None], np.array([squares]), which)
@@ -208,18 +165,8 @@ def fitted_laws(
 
     With their costs and log evidence. All else is fitted to first order, to amplitudes in full.
 
-    Parameters
-    ----------
-    port, free, rows
-        The port, the problem with it, and the laws that may be there.
-    points
-        Coordinates of the problem, each of a place.
-    which
-        Numbers of the networks.
-    starts
-        Draws of the prior that are followed at each point, see `laws_at_places`.
-    most
-        Most lines.
+    Points are coordinates of the problem, each of a place; `which` are numbers of the networks.
+    `starts` draws of the prior are followed at each, see `laws_at_places`; `most` lines are taken.
     """
 
     def found() -> tuple[Any, Any, Any]:

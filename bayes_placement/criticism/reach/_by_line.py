@@ -21,14 +21,8 @@ OF_LAW = 2
 class LeftByLine(NamedTuple):
     """Sums of squares at each line, all unknowns being held.
 
-    Parameters
-    ----------
-    given
-        Of the model as given.
-    left
-        With a law that may be any, for each place: of a `Reach` the rows of its `curves`.
-    measured
-        How many numbers were measured there.
+    `given` is of the model as given, `left` with a law that may be any, for each place: of a
+    `Reach` the rows of its `curves`. So many numbers were `measured` at the line.
     """
 
     given: Float[np.ndarray, "line"]

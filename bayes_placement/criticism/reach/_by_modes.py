@@ -30,12 +30,8 @@ Point = Float[np.ndarray, "unknown"]
 class SumsOverChannels(NamedTuple):
     """Sums over channels at places, line by line.
 
-    Parameters
-    ----------
-    information
-        Squares of what a law changes.
-    pulls
-        Its products with the residuals, and with their slopes along each unknown.
+    `information` are squares of what a law changes; `pulls` its products with the residuals, and
+    with their slopes along each unknown.
     """
 
     information: Float[np.ndarray, "place frequency"]
@@ -45,14 +41,9 @@ class SumsOverChannels(NamedTuple):
 class Tables(NamedTuple):
     """Coefficients of the forms of shapes.
 
-    Parameters
-    ----------
-    driven
-        Motion under the force of each actuator.
-    pulls
-        Sums over its sensors of motions with residuals and their slopes.
-    squares
-        Those of motions with each other, of each pair of coordinates once.
+    `driven` is motion under the force of each actuator; `pulls` are sums over its sensors of
+    motions with residuals and their slopes, `squares` those of motions with each other, of each
+    pair of coordinates once.
     """
 
     driven: Complex[np.ndarray, "actuator coordinate frequency"]
@@ -85,12 +76,7 @@ class ScanByModes:
 
     Unknowns of instruments are held: each changes the few channels of its own.
 
-    Parameters
-    ----------
-    problem
-        The problem without the port.
-    point
-        A point, its fit.
+    The problem is without the port; the point is its fit.
     """
 
     def __init__(self, problem: Problem, point: Point):

@@ -19,12 +19,8 @@ SIDES = ("sensor", "actuator")
 class ChannelPort(NamedTuple):
     """What a port is for a law, for a factor: some channels.
 
-    Parameters
-    ----------
-    acts_on
-        `channel` or `all_channels`.
-    effect
-        A filter there that does nothing: it says which channels.
+    `acts_on` is `channel` or `all_channels`; the effect, a filter there that does nothing, says
+    which.
     """
 
     acts_on: str
@@ -70,15 +66,7 @@ def channels_of(experiment: Experiment) -> list[ChannelPort]:
 
 
 def free_factor(port: ChannelPort, responses: Responses) -> FreeFactor:
-    """The factor on its channels, free at each line.
-
-    Parameters
-    ----------
-    port
-        The channels.
-    responses
-        Responses of the model.
-    """
+    """The factor on its channels, free at each line."""
     experiment = responses.problem.experiment
     effect: Any = port.effect_in(experiment)
     return FreeFactor(responses, np.asarray(effect.affected(experiment.instruments)))

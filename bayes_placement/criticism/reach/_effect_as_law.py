@@ -11,12 +11,7 @@ from ...laws.law import Tree
 class EffectAsLaw:
     """An effect with its numbers, for what a network is at a port.
 
-    Parameters
-    ----------
-    kind
-        Name in the library.
-    numbers
-        Value and unit of its unknowns but the place, by name.
+    Numbers are value and unit of its unknowns but the place, by name.
     """
 
     kind: str

@@ -30,16 +30,9 @@ DECADES_OF_DAMPING = 0.5
 class Part(NamedTuple):
     """One part of a filter.
 
-    Parameters
-    ----------
-    factor
-        Factor at angular frequencies [rad/s], of its numbers.
-    numbers
-        Its numbers from two standard normal coordinates and the ends of the band [Hz].
-    words
-        The part in words.
-    filters
-        Whether it filters the record, so that FRFs of a force have its inverse.
+    The factor is at angular frequencies [rad/s], of its numbers; these are from two standard normal
+    coordinates and the ends of the band [Hz]. `filters` says that it filters the record, so that
+    FRFs of a force have its inverse.
     """
 
     factor: Callable[..., Any]
@@ -111,12 +104,8 @@ FILTERS: Sequence[Tree] = (*PARTS, *(["*", "gain", part] for part in PARTS if pa
 class ChannelFilter:
     """A filter in a channel: the factor on its FRFs.
 
-    Parameters
-    ----------
-    parts
-        Numbers of each part, by its name.
-    of_force
-        Whether it is in the channel of an actuator.
+    `parts` are numbers of each part, by its name; `of_force` says that it is in the channel of an
+    actuator.
     """
 
     parts: Mapping[str, tuple[Any, ...]]
@@ -151,12 +140,7 @@ class ChannelFilter:
 class FilterRows:
     """Filters as arrays, with priors about the band: what `NetworkRows` is for a port.
 
-    Parameters
-    ----------
-    omega
-        Angular frequencies of the experiment [rad/s].
-    of_force
-        Whether they are in the channel of an actuator.
+    `omega` are angular frequencies of the experiment [rad/s].
     """
 
     def __init__(self, omega: Float[np.ndarray, "frequency"], of_force: bool):
@@ -171,14 +155,7 @@ class FilterRows:
     ]:
         """Change of the factor from 1 of each row, and its slopes along their coordinates.
 
-        Parameters
-        ----------
-        which
-            Filter of each row.
-        points
-            Coordinates of each row.
-        omega
-            Angular frequencies [rad/s].
+        `which` are filters of the rows, `omega` angular frequencies [rad/s].
         """
         values = self.stiffness(which, points, omega)
         moved = [self.stiffness(which, points + STEP * unit, omega) for unit in np.eye(NUMBERS)]

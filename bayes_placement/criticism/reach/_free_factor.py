@@ -18,13 +18,7 @@ from ._slopes import Slopes, Sparsity
 
 
 class Responses:
-    """Residuals and responses of a problem, of the last points kept: many channels ask for them.
-
-    Parameters
-    ----------
-    problem
-        The problem.
-    """
+    """Residuals and responses of a problem, of the last points kept: many channels ask for them."""
 
     def __init__(self, problem: Problem):
         self.problem = problem
@@ -65,12 +59,7 @@ class Responses:
 class FreeFactor:
     """An experiment in which a factor on some channels may be any.
 
-    Parameters
-    ----------
-    responses
-        Responses of the experiment.
-    affected
-        1 on the FRFs that have the factor, 0 on all others.
+    `affected` is 1 on the FRFs that have the factor, 0 on all others.
     """
 
     def __init__(self, responses: Responses, affected: Float[np.ndarray, "#sensor #actuator 1"]):

@@ -37,14 +37,8 @@ SOFT = 1e-2
 class AtPort(NamedTuple):
     """What a law of one number at each line does, at points.
 
-    Parameters
-    ----------
-    free
-        Residuals r without it.
-    slope
-        Their change a with t.
-    receptance
-        Receptance h of the port; of a cut the dynamic stiffness against opening it.
+    `free` are residuals r without it, `slope` their change a with t, and the receptance h is that
+    of the port; of a cut the dynamic stiffness against opening it.
     """
 
     free: Channels
@@ -98,12 +92,8 @@ class Free(Protocol):
 class FreeLaw:
     """An experiment with an effect on one port whose law may be any.
 
-    Parameters
-    ----------
-    problem
-        The problem with the effect, whose port is the last one of its structure.
-    held
-        Coordinates that descents do not change.
+    The port is the last one of the structure of the problem; descents do not change `held`
+    coordinates.
     """
 
     def __init__(self, problem: Problem, held: Sequence[int] = ()):

@@ -16,14 +16,8 @@ from ._slopes import Slopes, Sparsity
 class LawByModes:
     """What `FreeLaw` is, each receptance to a place being a product of its shapes with motions.
 
-    Parameters
-    ----------
-    base
-        The problem without the port.
-    free
-        The problem with it.
-    effect
-        The port of `base` and a law, as an effect.
+    `base` is the problem without the port, `free` with it; the effect is the port of `base` and a
+    law.
     """
 
     def __init__(self, base: Problem, free: FreeLaw, effect: Any):

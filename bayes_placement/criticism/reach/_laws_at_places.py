@@ -17,17 +17,9 @@ DRAWS = 64
 def laws_at_places(objective: LawsAsked, which: Any, places: int, starts: int) -> Any:
     """Laws fitted at each place [place, start, coordinate], their costs and log evidence.
 
-    Parameters
-    ----------
-    objective
-        What is made small.
-    which
-        Numbers of the networks.
-    places
-        Number of places.
-    starts
-        Draws of the prior that are followed at each place, those that fit best: so many of each
-        network; or of all networks together, where it is negative.
+    `which` are numbers of the networks. `starts` are draws of the prior that are followed at each
+    place, those that fit best: so many of each network; or of all networks together, where it is
+    negative.
     """
     measured = rational_starts(objective, which, places)
     points = np.stack(
