@@ -20,16 +20,8 @@ class LawsInFull:
 
     The coordinates of the problem come first, then those of a row, then the number of its network.
 
-    Parameters
-    ----------
-    free
-        The experiment with a port, or a factor on channels.
-    rows
-        The networks, or filters.
-    omega
-        Angular frequencies [rad/s].
-    is_cut
-        Whether laws are inserted.
+    `free` is the experiment with a port, or a factor on channels; `rows` are networks, or filters;
+    `omega` are angular frequencies [rad/s]; `is_cut` says that laws are inserted.
     """
 
     def __init__(self, free: Free, rows: Rows, omega: Any, is_cut: bool):

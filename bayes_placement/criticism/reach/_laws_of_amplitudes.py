@@ -26,16 +26,8 @@ def laws_of_amplitudes(
 ) -> tuple[Any, Any, Any]:
     """Laws fitted from points [point, start, coordinate], their costs and log evidence.
 
-    Parameters
-    ----------
-    objective
-        What is made small; places are held.
-    which
-        Numbers of the networks.
-    points
-        Coordinates of the problem, each of a place.
-    starts
-        Draws of the prior that are followed at each, see `laws_at_places`.
+    Places are held; points are coordinates of the problem, each of a place. `which` are numbers of
+    the networks, `starts` draws of the prior that are followed at each, see `laws_at_places`.
     """
     begins = np.concatenate([_starts(objective, which, point, starts) for point in points])
     ends, normal = minimise(objective, begins, steps=STEPS, largest=objective.largest)

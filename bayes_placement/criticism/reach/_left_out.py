@@ -14,15 +14,7 @@ from ...inference.residuals import Problem
 
 
 class LeftOut:
-    """A fit, of which some data are left out.
-
-    Parameters
-    ----------
-    problem
-        The problem.
-    fit
-        Its fit.
-    """
+    """A fit, of which some data are left out."""
 
     def __init__(self, problem: Problem, fit: Fit):
         self._problem, self._fit = problem, fit

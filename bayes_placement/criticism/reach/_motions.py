@@ -30,15 +30,7 @@ Shapes = Float[np.ndarray, "place coordinate"]
 
 
 class Motions:
-    """Motions under forces at the instruments, all unknowns known.
-
-    Parameters
-    ----------
-    problem
-        A problem.
-    point
-        Its coordinates.
-    """
+    """Motions under forces at the instruments, all unknowns known."""
 
     def __init__(self, problem: Problem, point: Float[np.ndarray, "unknown"]):
         values = problem.coordinates.named(point[None])

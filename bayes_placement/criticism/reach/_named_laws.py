@@ -56,24 +56,10 @@ REFINED, ROUNDS = 2, 3
 class NamedLaw(NamedTuple):
     """A network at a port, or a filter in channels, fitted in full.
 
-    Parameters
-    ----------
-    port
-        The kind of port, or the channels.
-    tree
-        The network, or the filter.
-    law
-        The network, or the filter, with its numbers; of modal parameters an effect.
-    rows
-        All that were tried there.
-    point
-        Coordinates of the problem, the place among them.
-    numbers
-        Coordinates of the numbers of the law.
-    fit
-        Its fit: mode, squares, evidence.
-    log_prior
-        Log prior probability of the network, and of the piece, within its kind of port.
+    The tree is the network, or the filter; the law the same with its numbers, of modal parameters
+    an effect. `rows` are all that were tried there; the point is in coordinates of the problem, the
+    place among them, `numbers` are coordinates of those of the law. The log prior is that of the
+    network, and of the piece, within its kind of port.
     """
 
     port: Any
@@ -101,16 +87,8 @@ def reached_ports(
 ) -> tuple[list[ReachOfPort], list[NamedLaw]]:
     """What laws can do at every kind of port of a structure, and the best of them.
 
-    Parameters
-    ----------
-    problem
-        The problem of the model.
-    point
-        Its fit.
-    tick
-        Called once for each kind of port.
-    whole
-        The same problem at all lines, where laws are fitted at some of them.
+    The point is the fit of the model; `tick` is called once for each kind of port. `whole` is the
+    problem at all lines, where laws are fitted at some of them.
     """
     ports = ports_of(problem.experiment)
     places = scanned(problem, point, ports, whole or problem)
@@ -171,11 +149,6 @@ def simplest(laws: Sequence[NamedLaw]) -> list[NamedLaw]:
     """Laws without those that fit no better than one of fewer elements at their kind of port.
 
     The further elements are compatible with none.
-
-    Parameters
-    ----------
-    laws
-        Laws, fitted in full.
     """
     return [
         law
@@ -192,12 +165,7 @@ def simplest(laws: Sequence[NamedLaw]) -> list[NamedLaw]:
 def log_prior(tree: Tree, trees: Sequence[Tree]) -> float:
     """Log prior of a network: each further element halves it, networks of as many share it.
 
-    Parameters
-    ----------
-    tree
-        The network.
-    trees
-        All that are tried there, one of each class.
+    Trees are all that are tried there, one of each class.
     """
     count = len(leaves(tree))
     alike = sum(len(leaves(other)) == count for other in trees)
@@ -207,12 +175,7 @@ def log_prior(tree: Tree, trees: Sequence[Tree]) -> float:
 def laws_with_names(reach: ReachOfPort, pieces: int) -> list[NamedLaw]:
     """Every network at the best few places; the best of them in full, with their places.
 
-    Parameters
-    ----------
-    reach
-        What laws can do at each place.
-    pieces
-        Number of ports of this kind.
+    `pieces` is the number of ports of this kind.
     """
     chosen = np.argsort(-reach.log_evidence)[:BEST_PLACES]
     return _laws_at(reach, reach.points[chosen], pieces)
@@ -223,18 +186,8 @@ def laws_at_place(
 ) -> list[NamedLaw]:
     """Every network at one place of a port; the best of them in full, with it.
 
-    Parameters
-    ----------
-    problem
-        The problem of the model.
-    point
-        Its fit.
-    port
-        The kind of port.
-    place
-        Coordinates of the place [1, coordinate].
-    pieces
-        Number of ports of this kind.
+    The point is the fit of the model, the place [1, coordinate]; `pieces` is the number of ports of
+    this kind.
     """
     reach = reach_of_port(problem, point, port, place)
     return _laws_at(reach, reach.points, pieces)

@@ -42,20 +42,8 @@ BEST_PLACES = 3
 class ReachOfEffect(NamedTuple):
     """What an effect can do, by place; fields as of `ReachOfPort`.
 
-    Parameters
-    ----------
-    port
-        Where it acts.
-    problem
-        The problem with it.
-    points
-        Fits at each place [place, unknown].
-    squares
-        NaN: no law is free.
-    squares_of_law
-        Twice their costs, priors included.
-    log_evidence
-        Their log evidence.
+    The problem has it; points [place, unknown] are fits at each place. `squares` are NaN, since no
+    law is free; `squares_of_law` are twice their costs, priors included.
     """
 
     port: Port
@@ -94,14 +82,7 @@ def reached_modes(
 ) -> tuple[list[ReachOfEffect], list[NamedLaw]]:
     """What effects at every kind of port can do, and the best of each.
 
-    Parameters
-    ----------
-    problem
-        The problem of the model.
-    point
-        Its fit.
-    tick
-        Called once for each effect.
+    The point is the fit of the model; `tick` is called once for each effect.
     """
     ports = ports_of_effects(problem.experiment)
     alike = Counter(port.acts_on for port in ports)

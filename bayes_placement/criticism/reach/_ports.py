@@ -65,12 +65,8 @@ classes: what `classes` finds of them, which takes seconds."""
 class Port(NamedTuple):
     """A kind of port on a piece of a structure.
 
-    Parameters
-    ----------
-    acts_on
-        `displacement`, `rotation`, `cut` or `relative`.
-    effect
-        What acts there, with a prior of its place and any law.
+    `acts_on` is `displacement`, `rotation`, `cut` or `relative`; the effect has a prior of its
+    place and any law.
     """
 
     acts_on: str
@@ -146,10 +142,7 @@ def can_be_reached(problem: Problem) -> bool:
 
     A model error takes up much of what a free law does, unless an earlier state tells it.
 
-    Parameters
-    ----------
-    problem
-        The problem of the model, exact where there is no earlier state.
+    The problem is exact where there is no earlier state.
     """
     experiment = problem.experiment
     is_plain = not experiment.observe.is_modal and experiment.force_levels is None

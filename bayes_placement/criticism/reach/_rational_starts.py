@@ -16,14 +16,7 @@ from ._free_law import over
 def rational_starts(objective: LawsAsked, which: Any, places: int) -> np.ndarray:
     """Rows [place, network, coordinate]; NaN where a network cannot be read off.
 
-    Parameters
-    ----------
-    objective
-        What is made small.
-    which
-        Numbers of the networks.
-    places
-        Number of places.
+    `which` are numbers of the networks.
     """
     found = np.full((places, len(which), OF_ROW), np.nan)
     if not isinstance(objective.rows, NetworkRows):

@@ -24,14 +24,7 @@ def reached_channels(
     In full those whose greatest evidence comes near that of the best law; of each kind one at
     least.
 
-    Parameters
-    ----------
-    problem
-        The problem of the model.
-    fit
-        Its fit.
-    laws
-        Laws at ports.
+    The laws are at ports.
     """
     if not tells_phase(problem):
         return [], []

@@ -36,14 +36,8 @@ Nodes = Float[np.ndarray, "place end 3"]
 class Scanned(NamedTuple):
     """Places of a kind of port that a scan leaves, those of the least cost.
 
-    Parameters
-    ----------
-    places
-        Coordinates of the place.
-    squares
-        Least sum of squares with any law there, priors included.
-    scanned
-        Number of places that were scanned, each as probable as the others.
+    `squares` are the least sums of squares with any law there, priors included; `scanned` places
+    were scanned, each as probable as the others.
     """
 
     places: Float[np.ndarray, "place coordinate"]
@@ -62,16 +56,8 @@ def scanned(
 ) -> list[Scanned | None]:
     """Scan the places of each kind of port; None of those whose places are a small grid.
 
-    Parameters
-    ----------
-    problem
-        The problem of the model, at the lines at which laws are fitted.
-    point
-        Its fit.
-    ports
-        The kinds of ports.
-    whole
-        The same problem at all lines.
+    The problem is at the lines at which laws are fitted, `whole` at all; the point is the fit of
+    the model.
     """
     nodes = [_nodes(port, whole) for port in ports]
     found: list[Scanned | None] = [None] * len(ports)
@@ -95,17 +81,7 @@ def scanned(
 
 
 class _Placed:
-    """A port at many places.
-
-    Parameters
-    ----------
-    port
-        The kind of port.
-    base
-        The problem without it.
-    nodes
-        Positions of its one or two ends [m].
-    """
+    """A port at many places, in the problem without it; `nodes` are its one or two ends [m]."""
 
     def __init__(self, port: Port, base: Problem, nodes: Nodes):
         experiment = base.with_effect(port.effect).experiment

@@ -18,13 +18,8 @@ Along: TypeAlias = Inexact[np.ndarray, "point group channel frequency"]
 class Sparsity:
     """Which residuals each unknown changes.
 
-    Parameters
-    ----------
-    group
-        Group of each unknown; those of one group change different residuals.
-    changes
-        Parts of the residuals that it changes, real and imaginary. Those of an earlier state may be
-        of different sensors.
+    Unknowns of one group change different residuals. `changes` are parts of the residuals that each
+    changes, real and imaginary; those of an earlier state may be of different sensors.
     """
 
     group: Int[np.ndarray, "unknown"]
@@ -56,15 +51,7 @@ class Sparsity:
 
 @dataclass(frozen=True, eq=False)
 class Slopes:
-    """Slopes of complex residuals at points.
-
-    Parameters
-    ----------
-    along
-        Those along the groups of unknowns.
-    sparsity
-        Which residuals each unknown changes.
-    """
+    """Slopes of complex residuals at points, along the groups of unknowns."""
 
     along: Along
     sparsity: Sparsity

@@ -20,19 +20,9 @@ from .reach import ends_in_metres, where
 class ReachAtValues:
     """Any law on the ports of one kind, at places all over the structure, all else being given.
 
-    Parameters
-    ----------
-    experiment
-        The model; of a model error nothing is taken, since it would take up what laws do.
-    measurement
-        Measured complex FRFs of one state.
-    acts_on
-        Kind of port.
-
-    Raises
-    ------
-    InputError
-        If the structure has no such port, or no law can be read beside the model.
+    Of a model error nothing is taken, since it would take up what laws do. Data are complex FRFs of
+    one state. An `InputError` says that the structure has no such port, or that no law can be read
+    beside the model.
     """
 
     def __init__(self, experiment: Experiment, measurement: Measurements, acts_on: str):

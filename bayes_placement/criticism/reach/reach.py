@@ -251,12 +251,7 @@ def only_port(reach: Reach | None, acts_on: Sequence[str]) -> str | None:
     With several the law that is read on the model as given takes up what the others do. The factor
     of a channel is that of the most probable one, which need not be that of the effect.
 
-    Parameters
-    ----------
-    reach
-        What laws can do, or None.
-    acts_on
-        What each claimed effect acts on.
+    It is told by what each claimed effect acts on.
     """
     if reach is None or len(acts_on) != 1 or acts_on[0] in CHANNELS:
         return None
@@ -268,16 +263,7 @@ def reach_of(
 ) -> Reach:
     """Lay out what laws at ports can do, and what factors on channels do.
 
-    Parameters
-    ----------
-    problem
-        The problem of the model.
-    fit
-        Its fit.
-    ports
-        What laws can do at each kind of port.
-    laws
-        The best of them, fitted in full.
+    The laws are the best of them, fitted in full.
     """
     channels, filters = reached_channels(problem, fit, laws)
     squares, reaches = fit.squares, [*ports, *channels]
