@@ -30,6 +30,9 @@ from ._model_error_choice import ticks
 from ._posterior_odds import passes
 from ._screening_lines import thinned
 
+OF_PORTS = 0.75
+"""Share of the work up to the laws at all ports; the best of them and factors on channels follow."""
+
 
 @arguments_checked
 @rare_garbage_collection()
@@ -118,7 +121,7 @@ def reach(
         )
     ports = ports_of_effects if is_modal else ports_of
     problem, point = known.problem, known.fit.point
-    tick = ticks(progress, len(ports(problem.experiment)), (0.0, 1.0))
+    tick = ticks(progress, len(ports(problem.experiment)), (0.0, OF_PORTS))
     with done_by(executor):
         reached: Any = (
             reached_modes(problem, point, tick)
@@ -126,6 +129,7 @@ def reach(
             else reached_ports(problem, point, tick, whole)
         )
     found = reach_of(problem, null.fit, *reached)
+    progress(1.0)
     return found if whole is None else replace(found, by_line=None)  # of other lines
 
 
