@@ -31,7 +31,7 @@ from ._posterior_odds import passes
 from ._screening_lines import thinned
 
 OF_PORTS = 0.75
-"""Share of the work up to the laws at all ports; the best of them and factors on channels follow."""
+"""Share of the work that the laws at all ports are; the best of them and the channels follow."""
 
 
 @arguments_checked
