@@ -3,6 +3,7 @@
 import enum
 import functools
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple, TypeVar, cast
 
 import equinox as eqx
@@ -95,7 +96,7 @@ class _Steps(NamedTuple):
     unit: str = ""
     within: Range | None = None
     stands_for: str | None = None
-    turns: bool = False
+    law_units: Mapping[str, str] = MappingProxyType({})
 
     def step(self, node: Any, key: Any) -> "_Steps":
         """Take one more step, from a node of the tree by a key."""
@@ -103,26 +104,29 @@ class _Steps(NamedTuple):
         word = _word(key)
         if self.awaits_name and isinstance(key, DictKey):
             return self._replace(owner=Owner(self.owner.kind, word), awaits_name=False)
-        turns = self.turns or bool(TURNS in metadata and metadata[TURNS](node))
+        law_units = metadata[LAW_UNITS](node) if LAW_UNITS in metadata else self.law_units
         stated = stated_unit(metadata, node, self.unit)
-        unit = OF_ROTATION.get(stated, stated) if turns else stated
+        unit = law_units.get(stated, stated)
         within = metadata.get("within") if "unit" in metadata else self.within
         if "role" in metadata:
             return _Steps(Owner(word), awaits_name=True, role=metadata["role"], unit=unit)
         role = metadata.get("role_of_field", self.role)
         path = (*self.path, word)
         known = self._replace(
-            path=path, awaits_name=False, role=role, unit=unit, within=within, turns=turns
+            path=path, awaits_name=False, role=role, unit=unit, within=within, law_units=law_units
         )
         field = metadata.get(STANDS_FOR)
         return known._replace(stands_for=getattr(node, field)) if field else known
 
 
-TURNS = "turns"
-"""Metadata of a field: whether an object's laws in it act on a rotation, a function of it."""
+LAW_UNITS = "law units"
+"""Metadata of a field that holds laws: a function of the object, units by those of displacement."""
 
 OF_ROTATION = {"N/m": "N m/rad", "N s/m": "N m s/rad", "kg": "kg m2"}
 """Units of what acts on a rotation, by those of what acts on a displacement."""
+
+OF_MODULUS = {"N/m": "1", "N s/m": "s", "kg": "s2"}
+"""Units of what is added to a modulus, over the modulus as drawn."""
 
 STANDS_FOR = "stands for"
 """Metadata of a field that takes the place of another leaf: the field that holds its name."""

@@ -11,8 +11,11 @@ import numpy as np
 
 from .._shared.compiled import compiled
 from .._shared.sites import is_unknown, substitute
+from ..effects.damping_layer import DampingLayer
 from ..effects.effect import Effect
+from ..effects.over import OverExtent
 from ..experiment.experiment import Experiment
+from ..positions.bounds import in_space
 from ..positions.places import Place, Straight, mean
 from ..positions.vectors import PointsInSpace, Recorded, triple
 
@@ -46,6 +49,36 @@ def locations(
     elif at is not None:
         points[:, : np.size(at)] = at
     return points
+
+
+def ends(
+    effect: Effect, experiment: Experiment, values: Mapping[str, np.ndarray], count: int
+) -> list[PointsInSpace]:
+    """Each place of an effect of the experiment [m], see `locations`.
+
+    Both ends of a strut and of a segment, of a box two opposite corners, the least first.
+    """
+    places = [locations(effect, experiment, values, count, word) for word in effect.place_fields]
+    if not isinstance(effect, OverExtent | DampingLayer):
+        return places
+    half = 0.5 * _edges(effect, experiment, values, count)
+    corners = [places[0] - half, places[0] + half]
+    bounds = experiment.structure.modes.bounds()
+    # A part ends with its line; what a box holds has no end of its own.
+    return corners if in_space(bounds) else [np.clip(corner, *bounds) for corner in corners]
+
+
+def _edges(
+    effect: Any, experiment: Experiment, values: Mapping[str, np.ndarray], count: int
+) -> PointsInSpace:
+    """Edges of a part [m]; of a part of a line its length comes first."""
+    edges = effect.extent if isinstance(effect.extent, tuple) else (effect.extent, 0.0, 0.0)
+    unknowns = experiment.unknowns_of(effect)
+    drawn = iter(values[unknown.name] for unknown in unknowns if unknown.field == "extent")
+    columns = [
+        next(drawn) if is_unknown(edge) else np.full(count, float(edge or 0.0)) for edge in edges
+    ]
+    return np.stack(columns, axis=-1)
 
 
 def effect_locations(experiment: Experiment, means: Mapping[str, float]) -> dict[str, Recorded]:

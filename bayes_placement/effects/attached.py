@@ -1,13 +1,13 @@
 """Any law attached to one place of the structure, and what all effects of a given law share."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 import equinox as eqx
 
 from .._shared.arguments import shown
 from .._shared.errors import InputError
-from .._shared.sites import TURNS, unit
+from .._shared.sites import LAW_UNITS, OF_ROTATION, unit
 from ..modes.ports import MOTIONS, rotation
 from .effect import Effect, NetworkAttachment, StructureEffect
 from .on_rotation import Footprint, check_rotation
@@ -35,6 +35,11 @@ class GivenLaw(StructureEffect):
     def suggest(cls, scales: Scales) -> Sequence[Effect]:
         """Return none: the law is the user's."""
         return []
+
+
+def of_motion(effect: Any) -> Mapping[str, str]:
+    """Units of a law on the motion of an effect, by those of displacement."""
+    return OF_ROTATION if effect.motion == "rotation" else {}
 
 
 def check_motion(effect: Any, motions: Sequence[str]) -> None:
@@ -70,7 +75,7 @@ class Attached(GivenLaw, NetworkAttachment):
     'structure.effects.mount.law.parts.2.viscosity'
     """
 
-    law: Law = field(metadata={TURNS: lambda effect: effect.motion == "rotation"})
+    law: Law = field(metadata={LAW_UNITS: of_motion})
     strength: Parameter = field(metadata=unit("1"), default=1.0)
     motion: str = field(static=True, default="displacement", kw_only=True)
     footprint: Footprint = field(default=None, kw_only=True)

@@ -274,7 +274,7 @@ class Modulus(StructureEffect):
     --------
     >>> kinds = bp.effects.EFFECTS.items()
     >>> [name for name, kind in kinds if issubclass(kind, bp.effects.Modulus)]
-    ['hysteretic_damping', 'viscoelastic_modulus']
+    ['hysteretic_damping', 'viscoelastic_modulus', 'modulus']
     """
 
     may_repeat: ClassVar[bool] = False

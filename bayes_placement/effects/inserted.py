@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
-from .._shared.sites import TURNS
+from .._shared.sites import LAW_UNITS
 from ..modes.original_modes import required_waveguide
 from ..modes.ports import MOTIONS, cut
-from .attached import GivenLaw, check_motion
+from .attached import GivenLaw, check_motion, of_motion
 from .effect import AtPlace, Omega, OnPorts, Stiffness, placed
 from .prelude import Law, Modes, Parameter, PortLaw, coordinates, field, unit
 
@@ -38,7 +38,7 @@ class Inserted(GivenLaw, AtPlace, OnPorts):
     """
 
     acts_on = "cut"
-    law: Law = field(metadata={TURNS: lambda effect: effect.motion == "rotation"})
+    law: Law = field(metadata={LAW_UNITS: of_motion})
     strength: Parameter = field(metadata=unit("1"), default=1.0)
     motion: str = field(static=True, default="rotation", kw_only=True)
     name: str = field(static=True, default="inserted", kw_only=True)

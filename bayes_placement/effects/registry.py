@@ -34,6 +34,7 @@ from .frequency_drift import FrequencyDrift as frequency_drift
 from .attached import Attached as attached
 from .inserted import Inserted as inserted
 from .over import Over as over
+from .modulus_law import ModulusLaw as modulus
 from .strut import Strut as strut
 from .rotary_inertia import RotaryInertia as rotary_inertia
 from .eccentric_mass import EccentricMass as eccentric_mass

@@ -8,7 +8,8 @@ import numpy as np
 
 from ..criticism.missing.fitted_model import FittedModel
 from ..criticism.missing.ledger import Ledger
-from ..criticism.reach._channels import CHANNELS
+from ..criticism.reach._channels import CHANNELS, NOWHERE
+from ..criticism.reach._ports import OF_MANY
 from ..criticism.reach.reach import Reach
 from ..experiment.experiment import Experiment
 from ..experiment.model_error import Embedded
@@ -29,7 +30,7 @@ def reach_for_page(reach: Reach) -> dict[str, Any]:
         {
             **kind,
             "rows": np.asarray(rows[kind["acts_on"]]).tolist(),
-            "is_channel": kind["acts_on"] in CHANNELS,
+            "is_channel": kind["acts_on"] in NOWHERE,
             "law_in_words": reach.kinds()["law"][kind["acts_on"]].in_words(),
             "few_numbers": float(reach.kinds()["few_numbers"][kind["acts_on"]]),
             "measured": _law(reach, kind["acts_on"]),
@@ -43,7 +44,8 @@ def read_by_line(reach: Reach) -> list[str]:
     """Return the kinds of ports at which any law is known line by line."""
     if reach.by_line is None:
         return []
-    return [str(kind) for kind in reach.curves["acts_on"].unique() if kind not in CHANNELS]
+    kinds = reach.curves["acts_on"].unique()
+    return [str(kind) for kind in kinds if kind not in (*NOWHERE, *OF_MANY)]
 
 
 def reach_arrays(reach: Reach) -> dict[str, np.ndarray]:

@@ -13,7 +13,8 @@ from jaxtyping import Array, Complex, Float
 
 from .._shared.compiled import Bound, compiled
 from .._shared.sites import Unknown
-from ..experiment.applied_effects import AppliedLaw
+from ..effects.effect import Modulus
+from ..experiment.applied_effects import AppliedLaw, AppliedModulus
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
 from .batches import (
@@ -96,13 +97,14 @@ class ResidualsOfState:
         points: Float[np.ndarray, "point unknown"],
         laws: Complex[np.ndarray, "point law pair frequency"],
     ) -> Float[np.ndarray, "point law datum"]:
-        """Residuals at points with other laws on the last ports of the structure.
+        """Residuals at points with other laws on the ports of the last effect, or in its modulus.
 
         Points are in the coordinates of the problem. A law is a numerator and a denominator at each
-        line, over those of the law that the ports have: of a law of one, these say how it acts
+        line, over those of the law that the effect has: of a law of one, these say how it acts
         there.
         """
         mine, count = points[:, self.columns], laws.shape[1]
+        parts = laws if len(self._law_leaves) > 1 else laws[:, :, :1] / laws[:, :, 1:]
         residual = np.empty((len(points), count, self.size))
 
         def of(begin: int) -> None:
@@ -111,7 +113,7 @@ class ResidualsOfState:
             units = [np.asarray(numbers[leaf]) for leaf in self._law_leaves]
             for law in range(count):
                 for part, (leaf, unit) in enumerate(zip(self._law_leaves, units, strict=True)):
-                    numbers[leaf] = laws[rows, law, part] * unit
+                    numbers[leaf] = parts[rows, law, part] * unit
                 values = np.asarray(self._residuals(numbers, False)[0])
                 residual[begin : begin + self._size, law] = values[: len(points) - begin]
 
@@ -126,14 +128,21 @@ class ResidualsOfState:
         return np.zeros((self._size, self._coordinates.count))
 
     @functools.cached_property
-    def _law_leaves(self) -> tuple[int, int]:
-        """Places of the last law's numerator and denominator among the numbers of a batch."""
+    def _law_leaves(self) -> list[int]:
+        """Places of the law of the last effect among the numbers of a batch.
+
+        Of its numerator and its denominator; of a modulus of what is added to it.
+        """
         form = self._batch.outcome(self._any_values).form
         leaves: Any = jax.tree.unflatten(form.structure, range(len(form.sources)))
+        declared = [*self._state.experiment.structure.effects.values()]
+        is_modulus = isinstance(declared[-1], Modulus)
+        kind = AppliedModulus if is_modulus else AppliedLaw
         effects = leaves.structure.effects.values()
-        last: Any = [effect for effect in effects if isinstance(effect, AppliedLaw)][-1]
+        last: Any = [effect for effect in effects if isinstance(effect, kind)][-1]
+        law = [last.excess] if is_modulus else [last.numerator, last.denominator]
         inputs = [leaf for leaf, source in enumerate(form.sources) if source is None]
-        return inputs.index(last.numerator), inputs.index(last.denominator)
+        return [inputs.index(leaf) for leaf in law]
 
     def prepare(self) -> None:
         """Compile them, unless that is done. Any thread may."""

@@ -63,7 +63,7 @@ export class Learn {
 
   /** The law that the data ask for at the best kind of port, with the network through it. */
   law(reach) {
-    const kind = reach.kinds.find((each) => each.measured && !each.is_channel);
+    const kind = reach.kinds.find((each) => each.measured);
     if (!kind || !this.chart.isConnected) return;
     const { measured } = kind;
     const size = (real, imaginary) => real.map((re, i) => Math.hypot(re, imaginary[i]) || null);

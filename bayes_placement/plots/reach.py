@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from .._shared.arguments import arguments_checked
-from ..criticism.reach._channels import CHANNELS
+from ..criticism.reach._channels import CHANNELS, NOWHERE
 from ..criticism.reach.reach import Reach
 from ..experiment.experiment import Experiment
 from ..laws.tabulated import COMPLIANCES
@@ -68,11 +68,12 @@ def curves(
 ) -> Figure:
     """Draw what laws at each place could remove of the misfit, one panel for each kind of port.
 
-    The last panel has a bar for each channel and for all, where a law is a factor on their FRFs;
-    of amplitudes there is none.
+    The last panel has a bar for the modulus, and for each channel and for all, where a law is a
+    factor on their FRFs; of amplitudes there is none of channels.
 
     Along a line, a pale curve for any law and a dark one for a law of few numbers: where only the
-    pale one is high, a law could do it that no few elements make. A map of both ends for a strut,
+    pale one is high, a law could do it that no few elements make; of laws on a part that of the
+    best part that holds the place. A map of both ends for a strut,
     and places in colour for a structure in space. The best law, fitted with its place, is a star.
 
     Parameters
@@ -94,8 +95,8 @@ def curves(
     >>> bp.plots.reach.curves(bp.reach(experiment, surprise)).axes[0].get_xlabel()
     'place along the structure [m]'
     """
-    kinds = [kind for kind in reach.kinds().index if kind not in CHANNELS]
-    bars = reach.curves[reach.curves["acts_on"].isin(CHANNELS)]
+    kinds = [kind for kind in reach.kinds().index if kind not in NOWHERE]
+    bars = reach.curves[reach.curves["acts_on"].isin(NOWHERE)]
     of_bars = max(1.0, (len(bars) * BAR + AROUND) / HEIGHT)
     heights = [1.0] * len(kinds) + [of_bars] * (not bars.empty)
     height = min(HEIGHT, HIGHEST / sum(heights))
@@ -105,13 +106,16 @@ def curves(
         best = reach.laws[reach.laws["acts_on"] == kind].iloc[0]
         if curve["z"].notna().any():
             _in_space(panel, curve, best, experiment)
+        elif kind == "region":
+            middle = {"x": (best["x"] + best["to_x"]) / 2}
+            _along(panel, _by_place(curve), {**best, **middle}, experiment)
         elif curve["to_x"].notna().any():
             _between(panel, curve, best)
         else:
             _along(panel, curve, best, experiment)
         panel.set_title(_title(reach, kind, best))
     if not bars.empty:
-        best = reach.laws[reach.laws["acts_on"].isin(CHANNELS)].iloc[0]
+        best = reach.laws[reach.laws["acts_on"].isin(NOWHERE)].iloc[0]
         _bars(layout.axes.flat[-1], bars, best)
         layout.axes.flat[-1].set_title(_title(reach, best["setting"], best))
     return layout.with_legend()
@@ -162,7 +166,7 @@ def law(
     of_kind = reach.laws[reach.laws["acts_on"] == kind]
     laws = _likely(of_kind[of_kind["setting"] == of_kind["setting"].iloc[0]])
     lines = measured["frequency"].to_numpy()
-    curves = [_values(row["law"], lines, unit) for _, row in laws.iterrows()]
+    curves = [_values(row["law"], lines, kind, unit) for _, row in laws.iterrows()]
     layout = panels(2, 1, axes, size=(PANEL[0], LAW_HEIGHT))
     magnitude, phase = layout.axes.flat
     _dots(magnitude, phase, measured, curves[0])
@@ -171,12 +175,13 @@ def law(
         magnitude.plot(lines, np.abs(values), label=label, zorder=3, **style)
         phase.plot(lines, np.degrees(np.angle(values)), zorder=3, **style)
     ends = lines[0] / MARGIN, lines[-1] * MARGIN
-    magnitude.set(xscale="log", xlim=ends, ylabel=f"{_noun(unit)} [{unit}]")
+    magnitude.set(xscale="log", xlim=ends, ylabel=f"{_noun(kind, unit)} [{unit}]")
     if kind in CHANNELS:
         magnitude.set(ylim=(0.0, ROOM * np.abs(curves[0]).max()), title=laws["setting"].iloc[0])
     else:
         magnitude.set(yscale="log", ylim=_range(measured, curves[0]))
-        rule(magnitude, unit, with_masses=kind in ("displacement", "rotation"))
+        if kind not in NOWHERE:
+            rule(magnitude, unit, with_masses=kind in ("displacement", "rotation", "region"))
         phase.yaxis.set_major_locator(MultipleLocator(45))
     magnitude.tick_params(axis="x", which="both", labelbottom=False)
     phase.set(xscale="log", xlim=ends, xlabel="frequency [Hz]", ylabel="phase [degrees]")
@@ -223,12 +228,14 @@ def _likely(laws: pd.DataFrame) -> pd.DataFrame:
     return laws[(share > LEAST) | (np.arange(len(laws)) == 0)].head(len(STYLES))
 
 
-def _noun(unit: str) -> str:
-    return "factor" if unit == "1" else "compliance" if unit in COMPLIANCES else "dynamic stiffness"
-
-
-def _values(law: Any, lines: np.ndarray, unit: str) -> np.ndarray:
+def _noun(kind: str, unit: str) -> str:
     if unit == "1":
+        return "factor" if kind in CHANNELS else "added modulus, relative"
+    return "compliance" if unit in COMPLIANCES else "dynamic stiffness"
+
+
+def _values(law: Any, lines: np.ndarray, kind: str, unit: str) -> np.ndarray:
+    if kind in CHANNELS:
         return np.asarray(law.factor(2 * np.pi * lines))
     stiffness = np.asarray(law.dynamic_stiffness(jnp.asarray(2 * np.pi * lines)))
     return 1 / stiffness if unit in COMPLIANCES else stiffness
@@ -257,6 +264,19 @@ def _along(panel: Axes, curve: pd.DataFrame, best: Any, experiment: Experiment |
     panel.set(xlabel="place along the structure [m]", ylabel=SHARE, ylim=(0, 105))
 
 
+def _by_place(curve: pd.DataFrame) -> pd.DataFrame:
+    """Shares at places along a line: the greatest of the parts that hold each."""
+    ends = np.unique(curve[["x", "to_x"]])
+    places = (ends[1:] + ends[:-1]) / 2
+    first, last = (curve[name].to_numpy()[:, None] for name in ("x", "to_x"))
+    holds = (first <= places) & (places <= last)
+    shares = {
+        name: np.max(np.where(holds, curve[name].to_numpy()[:, None], 0.0), axis=0)
+        for name in ("any_law", "few_numbers")
+    }
+    return pd.DataFrame({"x": places, **shares})
+
+
 def _bars(panel: Axes, curve: pd.DataFrame, best: Any) -> None:
     short = curve["setting"].str.replace(_SIDES, "", regex=True)
     names = short if short.is_unique else curve["setting"]
@@ -277,8 +297,14 @@ def _between(panel: Axes, curve: pd.DataFrame, best: Any) -> None:
     panel.set(xlabel="one end [m]", ylabel="other end [m]")
 
 
+def _middles(rows: pd.DataFrame) -> pd.DataFrame:
+    return rows.assign(**{name: (rows[name] + rows[f"to_{name}"]) / 2 for name in "xyz"})
+
+
 def _in_space(panel: Axes, curve: pd.DataFrame, best: Any, experiment: Experiment | None) -> None:
-    rows = curve.assign(size=100 * curve["few_numbers"])
+    rows = curve.assign(size=100 * curve["few_numbers"]).sort_values("size")
+    if best["acts_on"] == "region":  # at its middle, the best extent on top
+        rows, best = _middles(rows), _middles(best.to_frame().T).iloc[0]
     view = structure_plots.view(structure_plots.extent(experiment, rows), thin=thinness(panel))
     if experiment is not None:
         structure_plots.draw_structure(panel, view, experiment)

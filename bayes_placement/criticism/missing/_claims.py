@@ -9,11 +9,10 @@ import numpy as np
 from ..._shared.sites import is_unknown
 from ...effects.effect import AtPlace, Effect, NetworkAttachment
 from ...effects.library import EFFECTS, kind_of
-from ...effects.over import OverExtent
-from ...effects.registry import damping_layer, inserted, strut
+from ...effects.registry import inserted, modulus
 from ...laws.canonical import canonical
 from ...laws.law import Law, Scaled
-from ..locations import locations
+from ..locations import ends
 from ._estimates import estimates, laplace
 from ._hypotheses import Hypothesis
 from ._parameter_estimate import ParameterEstimate, number_or_none
@@ -115,26 +114,8 @@ def _places(effect: Effect, hypothesis: Hypothesis) -> list[np.ndarray]:
     problem = hypothesis.problem
     values = problem.coordinates.named(laplace(hypothesis))
     count = len(next(iter(values.values())))
-    at = locations(effect, problem.experiment, values, count)
-    if isinstance(effect, strut):
-        ends = [at, locations(effect, problem.experiment, values, count, "to")]
-    elif isinstance(effect, OverExtent | damping_layer):
-        half = 0.5 * _extent(effect, hypothesis, values, count)
-        ends = [at - half, at + half]
-    else:
-        ends = [at]
-    return [end[:, np.isfinite(end).all(axis=0)] for end in ends]
-
-
-def _extent(effect: Any, hypothesis: Hypothesis, values: Mapping[str, Any], count: int) -> Any:
-    """Draws of the edges of a part [draw, 3]; of a part of a line its length comes first."""
-    edges = effect.extent if isinstance(effect.extent, tuple) else (effect.extent, 0.0, 0.0)
-    unknowns = hypothesis.problem.experiment.unknowns_of(effect)
-    drawn = iter(values[unknown.name] for unknown in unknowns if unknown.field == "extent")
-    columns = [
-        next(drawn) if is_unknown(edge) else np.full(count, float(edge or 0.0)) for edge in edges
-    ]
-    return np.stack(columns, axis=-1)
+    places = ends(effect, problem.experiment, values, count)
+    return [place[:, np.isfinite(place).all(axis=0)] for place in places]
 
 
 def _direction(effect: Effect) -> list[float] | None:
@@ -153,7 +134,7 @@ def _law(name: str, hypothesis: Hypothesis) -> Law | None:
     effect = next(each for each in known.effects if each.name == name)
     if isinstance(effect, inserted):
         law = effect.law
-    elif isinstance(effect, NetworkAttachment):
+    elif isinstance(effect, NetworkAttachment | modulus):
         law = effect.network()
         law = law.law if isinstance(law, Scaled) and law.strength == 1.0 else law
     else:

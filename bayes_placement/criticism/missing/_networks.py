@@ -3,17 +3,17 @@
 import functools
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from ...effects.attached import Attached
+from ...effects.attached import GivenLaw
 from ...effects.effect import Effect
-from ...effects.inserted import Inserted
 from ...effects.library import kind_of
 from ...effects.strut import Strut
+from ...experiment.experiment import Experiment
 from ...inference.chi2 import LEVEL
 from ...inference.engines.empirical_bayes import DECREASING_ERRORS
 from ...inference.engines.levenberg_marquardt import best_fit, minimise
@@ -22,9 +22,19 @@ from ...laws import Spring
 from ...laws.law import Tree
 from ...laws.rows import coordinates_of_numbers
 from ..kept_fits import kept_with_sizes
+from ..reach._at_port import ReachOfPort
 from ..reach._free_law import tells_phase
 from ..reach._named_laws import NamedLaw, laws_at_place, log_prior, reached_ports, simplest
-from ..reach._ports import NAME, Port, can_be_reached, place_columns, ports_of, trees_at
+from ..reach._ports import (
+    NAME,
+    Port,
+    can_be_reached,
+    every_port,
+    place_columns,
+    ports_of,
+    ports_of_many,
+    trees_at,
+)
 from ..reach.reach import Reach, reach_of
 from ._candidates import numbered
 from ._fitted_candidates import extended, without
@@ -34,6 +44,9 @@ from ._scanned_candidates import Pair, Tick
 
 FITTED = 4
 """Networks, at most, that are fitted as effects of the experiment."""
+
+Found = tuple[list[ReachOfPort], list[NamedLaw]]
+"""What laws can do at ports, and the best of them."""
 
 Network = tuple[str, Tree]
 """What a network acts on, and the network."""
@@ -45,6 +58,9 @@ LISTED: Mapping[str, Network] = {
     "tuned_absorber": ("displacement", ["-", "m", ["|", "c", "k"]]),
     "rotary_inertia": ("rotation", "m"),
     "rotational_spring": ("rotation", "k"),
+    "segment_mass": ("region", "m"),
+    "foundation": ("region", "k"),
+    "viscoelastic_modulus": ("structure", ["-", "c", "k"]),
 }
 """Effects of the library that are networks."""
 
@@ -64,32 +80,66 @@ class LawsBeside:
     def __init__(self, base: Hypothesis, tick: Tick, before: Hypothesis | None = None):
         self.base, self._known, self._tick = base, before or base, tick
 
-    def look(self) -> tuple[Reach | None, list[NamedLaw]]:
-        """Look for them; those of about the greatest odds, and what laws reach without effects."""
-        return self._found
+    def at_ports(self) -> list[NamedLaw]:
+        """Look for them; those of about the greatest odds."""
+        return _probable(self._at_ports[1])
+
+    def of_many(self) -> list[NamedLaw]:
+        """The same with laws that act at many places at once, which take longer."""
+        return _probable([*self._at_ports[1], *self._of_many[1]])
+
+    def look(self) -> None:
+        """Look for those at one port, and what they reach."""
+        self._reach_at_ports  # noqa: B018  it is kept
+
+    def reach(self) -> Reach | None:
+        """What laws reach that were looked for; None beside effects."""
+        if "_of_many" not in vars(self):  # until they are looked for
+            return self._reach_at_ports
+        reached, laws = self._at_ports
+        return self._reach([*reached, *self._of_many[0]], [*laws, *self._of_many[1]])
 
     @functools.cached_property
-    def _found(self) -> tuple[Reach | None, list[NamedLaw]]:
-        base, problem = self.base, self._known.problem
-        reads_laws = tells_phase(base.problem) and can_be_reached(base.problem)
-        if passes(base, LEVEL) or not reads_laws:
-            return None, []
-        ports, found = reached_ports(problem, self._known.fit.point, self._tick)
-        reach = None if base.effects else reach_of(problem, base.fit, ports, found)
-        return reach, _probable(found)
+    def _reach_at_ports(self) -> Reach | None:
+        return self._reach(*self._at_ports)
+
+    def _reach(self, reached: list[ReachOfPort], laws: list[NamedLaw]) -> Reach | None:
+        if self.base.effects or not reached:
+            return None
+        return reach_of(self._known.problem, self.base.fit, reached, laws)
+
+    @functools.cached_property
+    def _at_ports(self) -> Found:
+        return self._look(ports_of)
+
+    @functools.cached_property
+    def _of_many(self) -> Found:
+        return self._look(ports_of_many)
+
+    def _look(self, ports: Callable[[Experiment], list[Port]]) -> Found:
+        problem = self._known.problem
+        reads_laws = tells_phase(self.base.problem) and can_be_reached(self.base.problem)
+        if passes(self.base, LEVEL) or not reads_laws:
+            return [], []
+        at = ports(problem.experiment)
+        return reached_ports(problem, self._known.fit.point, at, self._tick)
 
 
 def with_networks(comparison: Comparison, laws: LawsBeside) -> Comparison:
     """Add the networks of the greatest odds at ports of a hypothesis, each fitted.
 
     With a model error, where laws take minutes, none where another hypothesis explains the data. Of
-    two states networks act in the later one.
+    two states networks act in the later one. Those that act at many places at once are looked for
+    where nothing explains the data, and no model error would take minutes.
     """
-    if laws.base.has_errors and explains(comparison.best(), LEVEL):
+    has_errors = laws.base.has_errors
+    if has_errors and explains(comparison.best(), LEVEL):
         return comparison
-    reach, found = laws.look()
-    comparison = comparison if reach is None else comparison._replace(reach=reach)
-    return _with_laws(comparison, laws.base, found) if found else comparison
+    comparison = _with_laws(comparison, laws.base, laws.at_ports())
+    if not (has_errors or explains(comparison.best(), LEVEL)):
+        comparison = _with_laws(comparison, laws.base, laws.of_many())
+    reach = laws.reach()
+    return comparison if reach is None else comparison._replace(reach=reach)
 
 
 def laws_beside_best(comparison: Comparison, depth: int, tick: Tick) -> LawsBeside | None:
@@ -144,7 +194,8 @@ def with_other_laws(
         found = _laws_at_place_of(effect, best, rest)
         is_known = looked is not None and looked.base.kinds == rest.kinds
         if not (best.has_errors or is_known) and tells_phase(null.problem):
-            found += reached_ports(rest.problem, rest.fit.point, tick)[1]
+            ports = ports_of(rest.problem.experiment)
+            found += reached_ports(rest.problem, rest.fit.point, ports, tick)[1]
         laws = _probable(found)
         comparison = _with_laws(comparison, rest, laws)
         pairs: list[Pair] = [(rest, each) for each in _listed_effects(comparison, laws)]
@@ -157,7 +208,7 @@ def _laws_at_place_of(effect: Any, best: Hypothesis, rest: Hypothesis) -> list[N
     """Every network at the place of an effect, beside the others."""
     port = Port(effect.acts_on, replace(effect, law=Spring(1.0), name=NAME))
     columns = place_columns(Port(effect.acts_on, effect), best.problem)
-    pieces = sum(each.acts_on == port.acts_on for each in ports_of(rest.problem.experiment))
+    pieces = sum(each.acts_on == port.acts_on for each in every_port(rest.problem.experiment))
     place = best.fit.point[None, columns]
     return laws_at_place(rest.problem, rest.fit.point, port, place, pieces)
 
@@ -171,12 +222,11 @@ def _listed_effects(comparison: Comparison, laws: Sequence[NamedLaw]) -> list[Ef
 
 def priors_of_networks(hypothesis: Hypothesis, comparison: Comparison) -> dict[str, float]:
     """Log priors of networks that were found by another search."""
-    pieces = Counter(port.acts_on for port in ports_of(hypothesis.problem.experiment))
+    pieces = Counter(port.acts_on for port in every_port(hypothesis.problem.experiment))
     networks: list[Any] = [
         effect
         for effect in hypothesis.effects
-        if isinstance(effect, Attached | Inserted | Strut)
-        and kind_of(effect) not in comparison.variants
+        if isinstance(effect, GivenLaw | Strut) and kind_of(effect) not in comparison.variants
     ]
     return {
         kind_of(each): log_prior(each.law.tree(), trees_at(each.acts_on))

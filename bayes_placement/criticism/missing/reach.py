@@ -20,7 +20,7 @@ from ...inference.residuals import Problem
 from ...inference.residuals_of_state import State
 from ..reach._named_laws import reached_ports
 from ..reach._of_modes import ports_of_effects, reached_modes
-from ..reach._ports import can_be_reached, ports_of
+from ..reach._ports import Port, can_be_reached, every_port
 from ..reach._scanned import step_of_fits
 from ..reach.reach import Reach, reach_of
 from ._before_and_after import fitted_baseline, nothing_new, over_both, state_of
@@ -119,18 +119,25 @@ def reach(
             "that changes the record or the size of the structure, since a law is read from the "
             "response at each line: observe=bp.observe.Complex()."
         )
-    ports = ports_of_effects if is_modal else ports_of
     problem, point = known.problem, known.fit.point
-    tick = ticks(progress, len(ports(problem.experiment)), (0.0, OF_PORTS))
+    ports = _ports(problem.experiment)
+    tick = ticks(progress, len(ports), (0.0, OF_PORTS))
     with done_by(executor):
         reached: Any = (
-            reached_modes(problem, point, tick)
+            reached_modes(problem, point, ports, tick)
             if is_modal
-            else reached_ports(problem, point, tick, whole)
+            else reached_ports(problem, point, ports, tick, whole)
         )
     found = reach_of(problem, null.fit, *reached)
     progress(1.0)
     return found if whole is None else replace(found, by_line=None)  # of other lines
+
+
+def _ports(experiment: Experiment) -> list[Port]:
+    """Every kind of port, of modal parameters every effect."""
+    if experiment.observe.is_modal:
+        return ports_of_effects(experiment)
+    return every_port(experiment)
 
 
 def _as_before(

@@ -16,6 +16,7 @@ from ._channels import ChannelPort
 from ._filters import FILTERS
 from ._free_factor import FreeFactor
 from ._free_law import AnyLaw, Free, FreeLaw, Points, tells_phase
+from ._free_law_of_many import STEPS, FreeLawOfMany
 from ._law_by_modes import LawByModes
 from ._laws_at_places import laws_at_places
 from ._laws_in_full import LawsInFull
@@ -73,7 +74,7 @@ def reach_of_port(
     """
     problem = base.with_effect(port.effect)
     columns = place_columns(port, problem)
-    free = FreeLaw(problem, columns)
+    free = port.free(problem, columns)
     start = point_in_problem(base, point, problem)
     which = np.array(largest(port.trees()))
     tried = grid(port, len(columns)) if places is None else places
@@ -146,7 +147,8 @@ def _starts(start: Point, free: Free, places: Any) -> Points:
 
 def _with_free_law(starts: Any, free: Free, places: int) -> tuple[Points, Any]:
     """All else fitted at each place, from all starts there."""
-    ends, normal = minimise(AnyLaw(free), starts, steps=12)
+    steps = STEPS if isinstance(free, FreeLawOfMany) else 12
+    ends, normal = minimise(AnyLaw(free), starts, steps=steps)
     costs = np.nan_to_num(normal.cost, nan=np.inf).reshape(-1, places)
     best, numbers = np.argmin(costs, axis=0), np.arange(places)
     chosen = best * places + numbers

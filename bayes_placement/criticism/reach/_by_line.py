@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 from ...inference.residuals import Problem
 from ..kept_fits import NONE, stored_or_computed
 from ._at_port import Point, ReachOfPort
-from ._free_law import complex_residuals, in_parts, tells_phase
+from ._free_law import complex_residuals, in_parts, squares_by_line, tells_phase
 
 OF_LAW = 2
 """Numbers that a free law takes at each line, whatever they explain."""
@@ -65,9 +65,3 @@ def measured_by_line(problem: Problem) -> Int[np.ndarray, "line"]:
 def _left(reached: ReachOfPort) -> Float[np.ndarray, "place line"]:
     parts = (reached.free.at(points) for points in in_parts(reached.points, reached.problem))
     return np.concatenate([squares_by_line(at.left(at.best())) for at in parts])
-
-
-def squares_by_line(residual: Any) -> Float[np.ndarray, "point line"]:
-    """Return the sums of squares over the channels at each line."""
-    squares: np.ndarray = np.sum(np.abs(residual) ** 2, axis=1)
-    return squares

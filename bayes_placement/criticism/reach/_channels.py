@@ -13,6 +13,9 @@ from ._free_factor import FreeFactor, Responses
 CHANNELS = ("channel", "all_channels")
 """What a factor acts on, as results say it."""
 
+NOWHERE = (*CHANNELS, "structure")
+"""What is at no place: what acts on all of the structure changes its modulus."""
+
 SIDES = ("sensor", "actuator")
 
 

@@ -80,6 +80,10 @@ class FreeFactor:
         nothing = np.zeros((len(points), free.shape[-1]), complex)
         return AtPort(free, self._affected * response, nothing)
 
+    def about(self, points: Points, stiffness: Lines) -> AtPort:
+        """Return the same, which is so for any factor."""
+        return self.at(points)
+
     def residuals(self, points: Points, numerator: Lines, denominator: Lines) -> Channels:
         """Residuals with a change t of the factor, numerator over denominator."""
         return self.at(points).left(numerator / denominator)

@@ -35,7 +35,7 @@ SOFT = 1e-2
 
 
 class AtPort(NamedTuple):
-    """What a law of one number at each line does, at points.
+    """What a law of one number at each line does, at points: in full, or about one law.
 
     `free` are residuals r without it, `slope` their change a with t, and the receptance h is that
     of the port; of a cut the dynamic stiffness against opening it.
@@ -71,6 +71,9 @@ class Free(Protocol):
 
     def at(self, points: Points) -> AtPort:
         """What it does, at points."""
+
+    def about(self, points: Points, stiffness: Lines) -> AtPort:
+        """Return the same, to second order about a law."""
 
     def residuals(self, points: Points, numerator: Lines, denominator: Lines) -> Channels:
         """Residuals with a law, numerator over denominator."""
@@ -108,6 +111,10 @@ class FreeLaw:
     def at(self, points: Points) -> AtPort:
         """What a law does, read from none, a soft one and a pole, which holds the port."""
         return self._read_with(points, self._soft)
+
+    def about(self, points: Points, stiffness: Lines) -> AtPort:
+        """Return the same, which is so for any law."""
+        return self.at(points)
 
     def _read_with(self, points: Points, soft: float) -> AtPort:
         laws = [(0.0, 1.0), (soft, 1.0), (1.0, 0.0)]
@@ -242,6 +249,12 @@ def tells_phase(problem: Problem) -> bool:
 def half_squares(values: np.ndarray) -> np.ndarray:
     """Half the sum of squares of each point."""
     return 0.5 * np.sum(np.abs(values) ** 2, axis=tuple(range(1, values.ndim)))
+
+
+def squares_by_line(residual: Any) -> Float[np.ndarray, "point line"]:
+    """Sums of squares over the channels at each line."""
+    squares: np.ndarray = np.sum(np.abs(residual) ** 2, axis=1)
+    return squares
 
 
 def over(numerator: Any, denominator: Any) -> Any:

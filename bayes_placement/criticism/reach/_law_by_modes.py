@@ -70,6 +70,10 @@ class LawByModes:
             motions.receptances(self._effect, values),
         )
 
+    def about(self, points: Points, stiffness: Lines) -> AtPort:
+        """Return the same, which is so for any law."""
+        return self.at(points)
+
     def residuals(self, points: Points, numerator: Lines, denominator: Lines) -> Channels:
         """Residuals with a law, numerator over denominator."""
         at = self.at(points)

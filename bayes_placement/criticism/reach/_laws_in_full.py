@@ -62,7 +62,7 @@ class LawsInFull:
         """
         if not tells_phase(self.free.problem):
             return self._by_differences(of_problem, stiffness, along, others)
-        at = self.free.at(of_problem)
+        at = self.free.about(of_problem, stiffness)
         strength, softened = closed(stiffness, at.receptance, self.is_cut)
         left, along = at.left(strength), along * softened[:, None]
         conjugate = np.conj(along)

@@ -31,7 +31,7 @@ from ._effect_as_law import EffectAsLaw
 from ._filters import ChannelFilter
 from ._free_law import Points
 from ._laws_in_full import LawsInFull
-from ._ports import Port, ports_of
+from ._ports import Port
 from ._scanned import Scanned, scanned
 
 MOST_LINES = 400
@@ -83,14 +83,17 @@ class NamedLaw(NamedTuple):
 
 
 def reached_ports(
-    problem: Problem, point: Point, tick: Callable[[], None], whole: Problem | None = None
+    problem: Problem,
+    point: Point,
+    ports: Sequence[Port],
+    tick: Callable[[], None],
+    whole: Problem | None = None,
 ) -> tuple[list[ReachOfPort], list[NamedLaw]]:
-    """What laws can do at every kind of port of a structure, and the best of them.
+    """What laws can do at kinds of ports of a structure, and the best of them.
 
     The point is the fit of the model; `tick` is called once for each kind of port. `whole` is the
     problem at all lines, where laws are fitted at some of them.
     """
-    ports = ports_of(problem.experiment)
     places = scanned(problem, point, ports, whole or problem)
     alike = Counter(port.acts_on for port in ports)
     pieces = [
@@ -146,20 +149,26 @@ def _best_of_each(laws: Sequence[NamedLaw]) -> list[NamedLaw]:
 
 
 def simplest(laws: Sequence[NamedLaw]) -> list[NamedLaw]:
-    """Laws without those that fit no better than one of fewer elements at their kind of port.
+    """Laws without those that fit no better than a simpler one.
 
-    The further elements are compatible with none.
+    The further elements are compatible with none, or the extent of a region is.
     """
     return [
         law
         for law in laws
         if not any(
-            other.port is law.port
-            and len(leaves(other.tree)) < len(leaves(law.tree))
-            and other.fit.squares < law.fit.squares + 2 * STRONG
+            _is_simpler(other, law) and other.fit.squares < law.fit.squares + 2 * STRONG
             for other in laws
         )
     ]
+
+
+def _is_simpler(one: NamedLaw, other: NamedLaw) -> bool:
+    """Whether a law has fewer elements at the same port, or acts at one place of a region."""
+    few, many = len(leaves(one.tree)), len(leaves(other.tree))
+    if other.port.acts_on == "region" and one.port.acts_on == "displacement":
+        return few <= many
+    return one.port is other.port and few < many
 
 
 def log_prior(tree: Tree, trees: Sequence[Tree]) -> float:

@@ -6,7 +6,7 @@ read. A mass, a spring, a dashpot or a cut is fitted at each place, all other un
 
 import dataclasses
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -78,13 +78,12 @@ def ports_of_effects(experiment: Experiment) -> list[Port]:
 
 
 def reached_modes(
-    problem: Problem, point: Any, tick: Callable[[], None]
+    problem: Problem, point: Any, ports: Sequence[Port], tick: Callable[[], None]
 ) -> tuple[list[ReachOfEffect], list[NamedLaw]]:
     """What effects at every kind of port can do, and the best of each.
 
     The point is the fit of the model; `tick` is called once for each effect.
     """
-    ports = ports_of_effects(problem.experiment)
     alike = Counter(port.acts_on for port in ports)
     reached, named = [], []
     for port in ports:

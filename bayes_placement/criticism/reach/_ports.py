@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.special import ndtri
 
-from ...effects.effect import GlobalChange
+from ...effects.effect import GlobalChange, Modulus
 from ...effects.on_rotation import bending_scale
-from ...effects.registry import attached, inserted, strut
+from ...effects.registry import attached, inserted, modulus, over, strut
 from ...effects.scales import Scales
 from ...experiment.experiment import Experiment
 from ...experiment.with_effects_applied import needs_other_lines
@@ -21,10 +21,14 @@ from ...laws.law import Tree
 from ...laws.rows import NetworkRows
 from ...modes.ports import is_line
 from ._free_law import FreeLaw
+from ._free_law_of_many import FreeLawOfMany
 from ._law_by_modes import LawByModes
 
 PLACES = {1: 25, 2: 9, 3: 5}
 """Places along each coordinate of a port that has so many."""
+
+PLACES_OF_PARTS, EXTENTS = {1: 9, 2: 3}, {1: 5, 2: 3}
+"""Places of the middle of a part along each coordinate, and extents along it."""
 
 MOST_PIECES = 3
 """Most pieces of a structure between which struts are looked for."""
@@ -32,6 +36,8 @@ MOST_PIECES = 3
 NAME = "~reach"
 """Name of the effect while its law is free: the last one in order."""
 
+OF_MANY = ("region", "structure")
+"""What laws act on that act at many places at once."""
 
 PLAIN: Sequence[Tree] = (
     "k",
@@ -65,8 +71,8 @@ classes: what `classes` finds of them, which takes seconds."""
 class Port(NamedTuple):
     """A kind of port on a piece of a structure.
 
-    `acts_on` is `displacement`, `rotation`, `cut` or `relative`; the effect has a prior of its
-    place and any law.
+    `acts_on` is `displacement`, `rotation`, `cut`, `relative`, `region` or `structure`, which is
+    its modulus; the effect has a prior of its place and any law.
     """
 
     acts_on: str
@@ -78,8 +84,28 @@ class Port(NamedTuple):
         return self.acts_on == "cut"
 
     @property
+    def place_fields(self) -> tuple[str, ...]:
+        """Fields of the effect that say where it is, of a region with how much there is of it."""
+        fields: tuple[str, ...] = self.effect.place_fields
+        return (*fields, "extent") if self.acts_on == "region" else fields
+
+    @property
+    def is_of_many(self) -> bool:
+        """Whether a law acts at many places at once."""
+        return self.acts_on in OF_MANY
+
+    def free(self, problem: Problem, held: Sequence[int] = ()) -> FreeLaw:
+        """Return the problem, which has the effect, with a law there that is free at each line."""
+        return (FreeLawOfMany if self.is_of_many else FreeLaw)(problem, held)
+
+    @property
     def unit(self) -> str:
-        """Unit of the dynamic stiffness of a law, of one in a cut of its compliance."""
+        """Unit of the dynamic stiffness of a law, of one in a cut of its compliance.
+
+        Of the modulus that of what is added, over the modulus as drawn.
+        """
+        if self.acts_on == "structure":
+            return "1"
         if self.is_cut:
             return "rad/(N m)" if self.effect.motion == "rotation" else "m/N"
         return "N m/rad" if self.acts_on == "rotation" else "N/m"
@@ -90,6 +116,8 @@ class Port(NamedTuple):
 
     def setting(self, experiment: Experiment) -> str:
         """Piece of the structure and direction, in words."""
+        if self.acts_on == "structure":
+            return "modulus"
         effect = self.effect_in(experiment)
         return str(effect.setting(experiment.structure.modes, experiment.instruments))
 
@@ -114,7 +142,7 @@ class Port(NamedTuple):
 
 def trees_at(acts_on: str) -> Sequence[Tree]:
     """Networks that may act on a kind of port; a mass moves against the ground."""
-    return ATTACHED if acts_on in ("displacement", "rotation") else INNER
+    return ATTACHED if acts_on in ("displacement", "rotation", "region") else INNER
 
 
 def ports_of(experiment: Experiment) -> list[Port]:
@@ -135,6 +163,20 @@ def ports_of(experiment: Experiment) -> list[Port]:
     else:
         ports.append(Port("cut", inserted(at, law, motion="displacement", name=NAME)))
     return ports
+
+
+def ports_of_many(experiment: Experiment) -> list[Port]:
+    """Kinds of ports at which a law acts at many places at once: what takes long to try."""
+    scales, law = Scales(experiment), Spring(1.0)
+    ports = [Port("region", over(*part, law, name=NAME)) for part in scales.extents()]
+    if experiment.structure.of_kind(Modulus):
+        return ports
+    return [*ports, Port("structure", modulus(law, name=NAME))]
+
+
+def every_port(experiment: Experiment) -> list[Port]:
+    """All kinds of ports."""
+    return [*ports_of(experiment), *ports_of_many(experiment)]
 
 
 def can_be_reached(problem: Problem) -> bool:
@@ -167,15 +209,19 @@ def _struts(scales: Scales, law: Law) -> list[Any]:
 def place_columns(port: Port, problem: Problem) -> list[int]:
     """Coordinates of the problem that are coordinates of the place."""
     fields = fields_of(port.effect, problem)
-    names = [name for name, word in fields.items() if word in port.effect.place_fields]
+    names = [name for name, word in fields.items() if word in port.place_fields]
     return [column for name in names for column in _columns(problem, name)]
 
 
 def grid(port: Port, count: int) -> np.ndarray:
     """Standard normal coordinates of places to try, in the middle of cells of equal probability."""
-    each = PLACES.get(count, 3)
-    middles = (np.arange(each) + 0.5) / each
-    shares = np.array(list(itertools.product(middles, repeat=count)))
+    if port.acts_on == "region":
+        half = count // 2
+        each = [*[PLACES_OF_PARTS[half]] * half, *[EXTENTS[half]] * half]
+    else:
+        each = [PLACES.get(count, 3)] * count
+    middles = [(np.arange(number) + 0.5) / number for number in each]
+    shares = np.array(list(itertools.product(*middles)))
     ends = [getattr(port.effect, field) for field in port.effect.place_fields]
     if len(ends) == 2 and count == 2 and _are_alike(*ends):
         shares = shares[shares[:, 0] < shares[:, 1]]  # a strut has no first end

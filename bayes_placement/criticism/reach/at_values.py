@@ -11,8 +11,8 @@ from ...experiment.variants import with_lines
 from ...inference.residuals import Problem, point_in_problem
 from ..values import point_of
 from ._at_port import MOST_LINES
-from ._by_line import LeftByLine, measured_by_line, squares_by_line
-from ._free_law import FreeLaw, Points, tells_phase
+from ._by_line import LeftByLine, measured_by_line
+from ._free_law import Points, squares_by_line, tells_phase
 from ._ports import Port, can_be_reached, grid, place_columns, ports_of
 from .reach import ends_in_metres, where
 
@@ -64,7 +64,7 @@ class _PlacesOfPort:
         self._base, problem = base, base.with_effect(port.effect)
         self._columns = place_columns(port, problem)
         self._grid = grid(port, len(self._columns))
-        self.free = FreeLaw(problem, self._columns)
+        self.free = port.free(problem, self._columns)
         table = where(port, problem, self.points_at(np.zeros(base.dimension)))
         self.places = [ends_in_metres(row) for _, row in table.iterrows()]
 

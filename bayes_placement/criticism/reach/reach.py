@@ -15,11 +15,11 @@ from ...inference.chi2 import LEVEL
 from ...inference.engines.levenberg_marquardt import Fit
 from ...inference.residuals import Problem
 from ...inference.units import three_digits
-from ..locations import locations
+from ..locations import ends
 from ._as_measured import as_measured
 from ._at_port import AnyPort, ReachOfPort
 from ._by_line import OF_LAW, LeftByLine, left_by_line
-from ._channels import CHANNELS
+from ._channels import CHANNELS, NOWHERE
 from ._free_law import Points, tells_phase
 from ._named_laws import NamedLaw, simplest
 from ._of_modes import ReachOfEffect
@@ -55,10 +55,11 @@ class Reach:
     ----------
     curves
         A row for each kind of port and place: `acts_on` (`displacement`, `rotation`, `cut`,
-        `relative`, `channel` or `all_channels`), `setting` in words, `x`, `y`, `z` [m] and the
-        other end of a strut `to_x`, `to_y`, `to_z` [m], NaN where there is none; and two shares of
-        the misfit above noise [1]: what `any_law` there could remove, and what a passive one of
-        `few_numbers` does. Of channels the law is a factor on their FRFs. Any factor on a sensor
+        `relative`, `region`, `structure`, `channel` or `all_channels`), `setting` in words, `x`,
+        `y`, `z` [m] and the other end of a strut or a region `to_x`, `to_y`, `to_z` [m], NaN where
+        there is none; and two shares of the misfit above noise [1]: what `any_law` there could
+        remove, and what a passive one of `few_numbers` does. Of the structure the law is added to
+        its modulus, of channels it is a factor on their FRFs. Any factor on a sensor
         with one actuator removes all misfit of that sensor: there `few_numbers` decides. From
         amplitudes and modal parameters `any_law` is NaN and channels are not tried.
     laws
@@ -221,7 +222,7 @@ class Reach:
     def _none_explains(self, kinds: pd.DataFrame) -> list[str]:
         if not self.fails or kinds["few_numbers"].max() >= HALF:
             return []
-        few, any_law = kinds.drop(index=[*CHANNELS], errors="ignore")[
+        few, any_law = kinds.drop(index=[*NOWHERE], errors="ignore")[
             ["few_numbers", "any_law"]
         ].max()
         found = (
@@ -276,8 +277,8 @@ def reach_of(
     table["probability"] = np.exp(odds - logsumexp(odds))
     best = {law.port.acts_on: law for law in reversed(told)}
     measured = {
-        kind: as_measured(best[kind], frees[id(best[kind].port)].released())
-        for kind in dict.fromkeys(curves["acts_on"])
+        kind: as_measured(law, frees[id(law.port)].released())
+        for kind, law in best.items()
         if tells_phase(problem)
     }
     fails = bool(chdtrc(problem.count, squares) < LEVEL) if _is_noise_known(problem) else None
@@ -336,11 +337,9 @@ def where(port: AnyPort, problem: Problem, points: Points) -> pd.DataFrame:
     experiment = problem.experiment
     effect = port.effect_in(experiment)
     values = problem.coordinates.named(points)
-    ends = [
-        locations(effect, experiment, values, len(points), field) for field in effect.place_fields
-    ]
-    unused = [np.full((len(points), 3), np.nan)] * (2 - len(ends))
-    table = pd.DataFrame(np.concatenate([*ends, *unused], axis=1), columns=list(PLACES))
+    places = ends(effect, experiment, values, len(points))
+    unused = [np.full((len(points), 3), np.nan)] * (2 - len(places))
+    table = pd.DataFrame(np.concatenate([*places, *unused], axis=1), columns=list(PLACES))
     table.insert(0, "setting", port.setting(experiment))
     table.insert(0, "acts_on", port.acts_on)
     return table
@@ -359,8 +358,8 @@ def _number_or_none(value: Any) -> float | None:
 
 def _subject(acts_on: Any, row: Any) -> str:
     """Kind of port and place of a row in words, or its channels."""
-    is_channel = acts_on in CHANNELS
-    return row["setting"].replace("sensor", "channel", 1) if is_channel else f"{acts_on}{_at(row)}"
+    is_nowhere = acts_on in NOWHERE
+    return row["setting"].replace("sensor", "channel", 1) if is_nowhere else f"{acts_on}{_at(row)}"
 
 
 def _at(row: Any) -> str:

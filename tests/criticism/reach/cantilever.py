@@ -43,11 +43,11 @@ def experiment(observe=None, driven=(DRIVEN,)):
     )
 
 
-def measured(law=None, slope=False, seed=0, others=(), driven=(DRIVEN,), factor=1.0):
+def measured(law=None, slope=False, seed=0, others=(), driven=(DRIVEN,), factor=1.0, spread=None):
     """FRFs with a law [N/m] on the deflection, or on the slope [N m/rad], noise of 1 %.
 
     Others are laws on the deflection at places of their own. A factor is on the record [sensor,
-    actuator, frequency].
+    actuator, frequency]. What is `spread` is a law, and the matrix that it multiplies.
     """
     omega = 2 * np.pi * LINES
     stiffness, _ = fine_beams.matrices()
@@ -58,6 +58,8 @@ def measured(law=None, slope=False, seed=0, others=(), driven=(DRIVEN,), factor=
         for place, other in others:
             row = fine_beams.row(place)
             hidden = hidden + other(w) * np.outer(row, row)
+        if spread is not None:
+            hidden = hidden + spread[0](w) * spread[1]
         return 1j * LOSS * stiffness + hidden
 
     places = [true for _, true in [*SENSORS.values(), *driven]]
