@@ -481,6 +481,7 @@ OF_ANY_LAW = {
     bp.effects.attached: bp.effects.attached(0.4, SPRING),
     bp.effects.over: bp.effects.over(0.4, 0.1, SPRING),
     bp.effects.inserted: bp.effects.inserted(0.4, SPRING, motion="displacement"),
+    bp.effects.modulus: bp.effects.modulus(SPRING),
 }
 """Effects of a law of yours, of which none is suggested."""
 

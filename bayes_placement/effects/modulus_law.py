@@ -39,4 +39,4 @@ class ModulusLaw(GivenLaw, Modulus):
 
     def relative_modulus(self, omega: Omega) -> Complex[Array, "frequency"]:
         """What the law adds [1]."""
-        return self.network().dynamic_stiffness(omega)
+        return self.network().dynamic_stiffness(omega) + 0j

@@ -82,3 +82,8 @@ class Over(GivenLaw, OverExtent):
     law: Law
     strength: Parameter = field(metadata=unit("1"), default=1.0)
     name: str = field(static=True, default="over", kw_only=True)
+
+    @property
+    def kind(self) -> str:
+        """Name of its kind, which is that of the network."""
+        return f"over a part: {self.law.in_words()}"

@@ -121,6 +121,7 @@ OWN = {
     "attached": effects.attached(AT, MOUNT, TWICE),
     "over": effects.over(AT, 0.4, MOUNT, TWICE),
     "inserted": effects.inserted(AT, CLAMP, TWICE),
+    "modulus": effects.modulus(effects.LossySpring(0.2, 0.3), TWICE),
     "beyond_prior": effects.beyond_prior(
         "structure.modes.youngs_modulus", Uniform(1e9, 1.5e9), end=1e9
     ),

@@ -84,6 +84,11 @@ CASES = {
         effect("viscoelastic_modulus", relaxing=0.2, relaxation_time=1e-3),
         [effects.viscoelastic_modulus(0.2, 1e-3)],
     ),
+    "modulus": (
+        BEAM,
+        effect("viscoelastic_modulus", relaxing=0.2, relaxation_time=1e-3),
+        [effects.modulus(effects.Spring(0.2) - effects.Dashpot(2e-4))],
+    ),
     "compliant_support": (
         BEAM,
         effect("compliant_support", end="left", compliance=0.1 * 0.6 / BENDING),

@@ -166,14 +166,19 @@ class FreeLaw:
 
     def _calibrated(self) -> float:
         point, soft = np.zeros((1, self.problem.dimension)), 1.0
-        if not tells_phase(self.problem):
-            # Ends of a strut at the same place would feel nothing.
+        if not (tells_phase(self.problem) and self._felt(point, soft) > 0):
+            # Ends of a strut at the same place feel nothing.
             point[:, self.held] = np.linspace(-0.5, 0.5, len(self.held))
+        if not tells_phase(self.problem):
             return SOFT * self._half_way(point)
         for _ in range(3):  # rounding is great where the first is far too soft or too hard
-            size = float(np.median(np.abs(self._read_with(point, soft).receptance)))
+            size = self._felt(point, soft)
             soft = SOFT / size if size > 0 else soft
         return soft
+
+    def _felt(self, point: Points, soft: float) -> float:
+        """Median of |h| over the lines."""
+        return float(np.median(np.abs(self._read_with(point, soft).receptance)))
 
     def _half_way(self, point: Points) -> float:
         """Size of the law that moves amplitudes half as far as a pole does."""

@@ -164,10 +164,10 @@ def simplest(laws: Sequence[NamedLaw]) -> list[NamedLaw]:
 
 
 def _is_simpler(one: NamedLaw, other: NamedLaw) -> bool:
-    """Whether a law has fewer elements at the same port, or acts at one place of a region."""
+    """Whether a law has fewer elements at the same port, or acts at one place, not on a region."""
     few, many = len(leaves(one.tree)), len(leaves(other.tree))
     if other.port.acts_on == "region" and one.port.acts_on == "displacement":
-        return few <= many
+        return few <= many + 1  # the extent is one more number
     return one.port is other.port and few < many
 
 

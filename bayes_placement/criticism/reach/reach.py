@@ -275,7 +275,9 @@ def reach_of(
     table = pd.DataFrame([_law(law, of_port[id(law.port)], squares) for law in told])
     odds = np.array([law.log_odds for law in told])
     table["probability"] = np.exp(odds - logsumexp(odds))
-    best = {law.port.acts_on: law for law in reversed(told)}
+    best = dict[str, NamedLaw]()
+    for law in told:
+        best.setdefault(law.port.acts_on, law)
     measured = {
         kind: as_measured(law, frees[id(law.port)].released())
         for kind, law in best.items()

@@ -9,8 +9,9 @@ from bayes_placement.criticism.reach import _free_law
 from bayes_placement.criticism.reach._asked import NETWORK, OF_ROW, PLACE, Asked, LawsAsked, closed
 from bayes_placement.criticism.reach._at_port import omega_of, rows_of
 from bayes_placement.criticism.reach._free_law import AnyLaw, FreeLaw
+from bayes_placement.criticism.reach._free_law_of_many import FreeLawOfMany, newton
 from bayes_placement.criticism.reach._laws_in_full import LawsInFull
-from bayes_placement.criticism.reach._ports import place_columns, ports_of
+from bayes_placement.criticism.reach._ports import place_columns, ports_of, ports_of_many
 from bayes_placement.experiment.frf import receptance
 from bayes_placement.inference.residuals import Problem
 from bayes_placement.laws.rows import NUMBERS
@@ -61,6 +62,37 @@ def test_the_receptance_of_a_port_is_that_of_the_structure(base):
     place = Points(jnp.array([at]), np.ones((1, 1)))
     expected = np.asarray(receptance(structure, place, place, jnp.asarray(OMEGA)))[0, 0]
     assert np.allclose(free.at(point).receptance[0], expected, rtol=1e-6)
+
+
+def test_a_law_of_many_ports_is_that_of_one_where_there_is_one(reached):
+    _, free, points = reached
+    many = FreeLawOfMany(free.problem, free.held)
+    one, other = free.at(points), many.at(points)
+    assert np.allclose(one.left(one.best()), other.left(other.best()), atol=1e-3)
+    stiffness = (0.3 + 0.2j) / np.median(np.abs(one.receptance)) * np.ones_like(one.receptance)
+    for of_one, of_many in zip(one, many.about(points, stiffness), strict=True):
+        # Second differences of a step of a hundredth leave five digits.
+        assert np.allclose(of_one, of_many, rtol=1e-4, atol=1e-4 * np.max(np.abs(of_one)))
+
+
+@pytest.mark.parametrize("acts_on", ["region", "structure"])
+def test_residuals_with_a_law_on_many_ports_are_exact_about_it(base, acts_on):
+    port = next(port for port in ports_of_many(base.experiment) if port.acts_on == acts_on)
+    problem = base.with_effect(port.effect)
+    free = port.free(problem, place_columns(port, problem))
+    points = 0.3 * np.random.default_rng(0).standard_normal((2, problem.dimension))
+    law = (0.3 + 0.2j) * np.broadcast_to(free.size(), (2, OMEGA.size))
+    at = free.about(points, law)
+    for other, tolerance in ((law, 1e-9), (law * (1 + 1e-4j), 1e-6)):
+        strength, _ = closed(other, at.receptance, False)
+        found = free.residuals(points, other, np.ones_like(other))
+        moved = np.max(np.abs(found - free.residuals(points, 0 * law, np.ones_like(law))))
+        assert np.max(np.abs(found - at.left(strength))) < tolerance * moved
+    least = free.at(points)
+    left = np.abs(free.residuals(points, newton(least), np.ones_like(law))) ** 2
+    for step in (1.01, 0.99, 1 + 0.01j, 1 - 0.01j):
+        beside = np.abs(free.residuals(points, newton(least) * step, np.ones_like(law))) ** 2
+        assert np.mean(left.sum(axis=1) <= beside.sum(axis=1)) > 0.9
 
 
 def gradient_of(cost, point, columns):

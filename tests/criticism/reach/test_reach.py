@@ -19,6 +19,7 @@ from tests.criticism.reach.cantilever import (
     measured,
     spring_on_slope,
 )
+from tests.simulator import fine_beams
 
 
 @functools.cache
@@ -69,6 +70,61 @@ def test_the_law_as_measured_attached_again_explains_the_data(law, slope, acts_o
     assert fitted.fit.squares / left == pytest.approx(1.0, abs=5 * np.sqrt(2 / left))
 
 
+START, END = 0.2, 0.4
+
+
+def mount(omega):
+    spring, dashpot = 2e4, 30j * omega
+    return spring * dashpot / (spring + dashpot)
+
+
+def rubber(omega):
+    return 0.15 * (1j * omega / (200 * np.pi)) ** 0.5
+
+
+SPREAD = [
+    (mount, "region", ["-", "c", "k"]),
+    (rubber, "structure", "p"),
+]
+
+
+@functools.cache
+def reached_all_over(law, acts_on):
+    whole = fine_beams.matrices()[0]
+    part = fine_beams.spread(fine_beams.HEAVY, START, END) / (END - START)
+    spread = law, part if acts_on == "region" else whole
+    return bp.reach(experiment(), measured(spread=spread))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("law", "acts_on", "tree"), SPREAD)
+def test_a_law_that_acts_at_many_places_is_found_and_read(law, acts_on, tree):
+    found = reached_all_over(law, acts_on)
+    best = found.laws.iloc[0]
+    assert (best["acts_on"], best["law"].tree()) == (acts_on, tree)
+    assert best["probability"] > 0.9
+    assert best["chi2_per_datum"] == pytest.approx(1.0, abs=0.25)
+    if acts_on == "region":
+        assert (best["x"], best["to_x"]) == pytest.approx((START, END), abs=5e-3)
+    table = found.law_as_measured()
+    true = law(2 * np.pi * table["frequency"].to_numpy())
+    for part, of_law in (("real", true.real), ("imaginary", true.imag)):
+        apart = np.abs(table[part] - of_law) / table[f"deviation_{part}"]
+        assert np.mean(apart < 1.96) > 0.85
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("law", "acts_on", "tree"), SPREAD)
+def test_figures_of_a_law_that_acts_at_many_places(law, acts_on, tree):
+    found = reached_all_over(law, acts_on)
+    panels = bp.plots.reach.curves(found, experiment=experiment()).axes
+    shown = [panel.get_title().partition(":")[0] for panel in panels]
+    assert ("region" if acts_on == "region" else "modulus") in shown
+    lines = bp.plots.reach.law(found).axes[0]
+    noun = "dynamic stiffness [N/m]" if acts_on == "region" else "added modulus, relative [1]"
+    assert lines.get_ylabel() == noun
+
+
 def test_the_quantity_of_a_kind_of_port_is_told_by_its_unit():
     units = {kind: table["unit"][0] for kind, table in reached(maxwell, False).measured.items()}
     assert units == {
@@ -76,6 +132,7 @@ def test_the_quantity_of_a_kind_of_port_is_told_by_its_unit():
         "relative": "N/m",
         "rotation": "N m/rad",
         "cut": "rad/(N m)",
+        "structure": "1",
         "channel": "1",
         "all_channels": "1",
     }
@@ -118,7 +175,7 @@ def test_reach_is_told_in_words():
 
 
 def test_a_kind_of_port_that_is_not_there_is_refused():
-    with pytest.raises(InputError, match="one of displacement, relative, rotation, cut"):
+    with pytest.raises(InputError, match="one of displacement, relative, rotation, "):
         reached(maxwell, False).law_as_measured("torsion")
 
 
