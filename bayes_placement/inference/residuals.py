@@ -115,6 +115,11 @@ class Problem:
         return _of_states(self._parts, points, logarithmic)
 
     @property
+    def problem(self) -> "Problem":
+        """Itself, which stands for no other one."""
+        return self
+
+    @property
     def dimension(self) -> int:
         """Number of unknowns."""
         return self.coordinates.dimension

@@ -297,14 +297,8 @@ def _between(panel: Axes, curve: pd.DataFrame, best: Any) -> None:
     panel.set(xlabel="one end [m]", ylabel="other end [m]")
 
 
-def _middles(rows: pd.DataFrame) -> pd.DataFrame:
-    return rows.assign(**{name: (rows[name] + rows[f"to_{name}"]) / 2 for name in "xyz"})
-
-
 def _in_space(panel: Axes, curve: pd.DataFrame, best: Any, experiment: Experiment | None) -> None:
-    rows = curve.assign(size=100 * curve["few_numbers"]).sort_values("size")
-    if best["acts_on"] == "region":  # at its middle, the best extent on top
-        rows, best = _middles(rows), _middles(best.to_frame().T).iloc[0]
+    rows = curve.assign(size=100 * curve["few_numbers"])
     view = structure_plots.view(structure_plots.extent(experiment, rows), thin=thinness(panel))
     if experiment is not None:
         structure_plots.draw_structure(panel, view, experiment)

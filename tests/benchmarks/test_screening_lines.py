@@ -43,12 +43,12 @@ def test_screening_at_some_lines_beside_all(page, tmp_path):
 
 def fitted(which):
     """Seconds, and log evidence and chi2 of each kind alone."""
-    from bayes_placement.criticism.missing import _screening_lines
+    from bayes_placement.criticism import screening_lines
     from bayes_placement.criticism.missing._hypotheses import null_hypothesis
     from bayes_placement.criticism.missing._search import single_effects, with_channels
 
     if which == "all":
-        _screening_lines.MOST_DATA = sys.maxsize
+        screening_lines.MOST_DATA = sys.maxsize
     experiment, data = asked()
     candidates = bp.effects.library(experiment, KINDS).effects
     began = time.perf_counter()

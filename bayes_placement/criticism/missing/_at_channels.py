@@ -18,9 +18,9 @@ from ...experiment.experiment import Experiment
 from ...experiment.transducers import Transducer
 from ...experiment.variants import channel_numbers, with_only
 from ...inference.residuals import Problem, fields_of
+from ..screening_lines import Thinned, at_screening_lines
 from ._hypotheses import Hypothesis
 from ._linear import ALL, Some
-from ._screening_lines import Thinned, at_screening_lines
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ import numpy as np
 from ...inference.engines.levenberg_marquardt import Fit, best_fit, minimise, sobol_starts
 from ...inference.residuals import Problem
 from ..kept_fits import FIT_LAYOUT, stored_or_computed
-from ._screening_lines import at_lines_of_descents
+from ..screening_lines import at_lines_of_descents
 
 FOLLOWED, FINISHED, COPIES = 8, 3, 2
 """Starts that are followed along logarithmic residuals, of an effect of few unknowns; those

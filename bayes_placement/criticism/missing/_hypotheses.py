@@ -19,10 +19,10 @@ from ...inference.engines.least_squares import Jacobian
 from ...inference.engines.levenberg_marquardt import Fit
 from ...inference.residuals import Problem, point_in_problem
 from ..kept_fits import NO_RIVAL, kept_with_sizes
+from ..screening_lines import at_screening_lines
 from ._descents import fit_alone
 from ._linear import Linear
 from ._outliers import Mixture, mixture
-from ._screening_lines import at_screening_lines
 
 
 @dataclass(frozen=True, eq=False)

@@ -129,15 +129,21 @@ def with_networks(comparison: Comparison, laws: LawsBeside) -> Comparison:
     """Add the networks of the greatest odds at ports of a hypothesis, each fitted.
 
     With a model error, where laws take minutes, none where another hypothesis explains the data. Of
-    two states networks act in the later one. Those that act at many places at once are looked for
-    where nothing explains the data, and no model error would take minutes.
+    two states networks act in the later one.
     """
-    has_errors = laws.base.has_errors
-    if has_errors and explains(comparison.best(), LEVEL):
+    if laws.base.has_errors and explains(comparison.best(), LEVEL):
         return comparison
-    comparison = _with_laws(comparison, laws.base, laws.at_ports())
-    if not (has_errors or explains(comparison.best(), LEVEL)):
-        comparison = _with_laws(comparison, laws.base, laws.of_many())
+    return _and_reach(_with_laws(comparison, laws.base, laws.at_ports()), laws)
+
+
+def with_networks_of_many(comparison: Comparison, laws: LawsBeside) -> Comparison:
+    """Add networks that act at many places at once, where nothing else explains the data."""
+    if explains(comparison.best(), LEVEL):
+        return comparison
+    return _and_reach(_with_laws(comparison, laws.base, laws.of_many()), laws)
+
+
+def _and_reach(comparison: Comparison, laws: LawsBeside) -> Comparison:
     reach = laws.reach()
     return comparison if reach is None else comparison._replace(reach=reach)
 

@@ -7,9 +7,9 @@ import numpy as np
 from scipy.special import ndtri
 
 from ...inference.residuals import Problem
+from ..screening_lines import sample
 from ._at_channels import EffectAtData
 from ._linear import Linear
-from ._screening_lines import sample
 
 MOST, LEAST = 1600, 400
 """Greatest number of points of a grid for all variants of a kind, and least for each."""

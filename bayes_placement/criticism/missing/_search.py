@@ -18,6 +18,7 @@ from ...effects.library import kind_of
 from ...experiment.observe import Complex
 from ...inference.standardised_residual import LOGARITHMIC_ERROR
 from ..reach._left_out import LeftOut
+from ..screening_lines import at_sample, at_screening_lines, sample
 from ._fitted_candidates import best_variants, extended, fits_of_channels, relocated, without
 from ._hypotheses import Hypothesis, logarithmic_jacobian, takes_long
 from ._linear import Linear
@@ -25,7 +26,6 @@ from ._posterior_odds import Comparison, explains
 from ._repeated import may_be_added
 from ._rows import row_of
 from ._scanned_candidates import Pair, ScannedCandidate, Tick, scanned
-from ._screening_lines import at_sample, at_screening_lines, sample
 from ._swapped_pairs import is_swap, likeliest
 from .table import AS_STATED, Policy
 

@@ -20,7 +20,7 @@ from ...inference.chi2 import LEVEL
 from ...inference.engines.empirical_bayes import Rival
 from ._fits_with_errors import fitted_with_errors_in_processes
 from ._hypotheses import NO_RIVAL, Hypothesis, null_hypothesis
-from ._networks import LawsBeside, with_networks
+from ._networks import LawsBeside, with_networks, with_networks_of_many
 from ._posterior_odds import Comparison, explains
 from ._scanned_candidates import Tick
 from ._search import single_effects, with_channels
@@ -66,6 +66,7 @@ class SharedFits:
             singles = with_channels(singles, LEVEL, needs_all=declared)
             if last and not (first and explains(singles.best(), LEVEL)):
                 singles = singles.joined(single_effects(null, last, tick))
+            singles = singles if laws is None else with_networks_of_many(singles, laws)
             self._singles = singles
         return self._singles
 

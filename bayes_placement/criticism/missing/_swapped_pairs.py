@@ -18,9 +18,9 @@ from ...effects.swapped import Swapped
 from ...experiment.observe import Complex
 from ...inference.residuals import Problem
 from ...inference.standardised_residual import LOGARITHMIC_ERROR
+from ..screening_lines import at_screening_lines
 from ._at_channels import data_of
 from ._hypotheses import Hypothesis, linear_logarithmic
-from ._screening_lines import at_screening_lines
 
 
 def likeliest(base: Hypothesis, effects: Sequence[Effect], most: int) -> list[Effect]:

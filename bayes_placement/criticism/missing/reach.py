@@ -23,12 +23,12 @@ from ..reach._of_modes import ports_of_effects, reached_modes
 from ..reach._ports import Port, can_be_reached, every_port
 from ..reach._scanned import step_of_fits
 from ..reach.reach import Reach, reach_of
+from ..screening_lines import thinned
 from ._before_and_after import fitted_baseline, nothing_new, over_both, state_of
 from ._candidates import check_experiment
 from ._hypotheses import Hypothesis, null_hypothesis
 from ._model_error_choice import ticks
 from ._posterior_odds import passes
-from ._screening_lines import thinned
 
 OF_PORTS = 0.75
 """Share of the work that the laws at all ports are; the best of them and the channels follow."""

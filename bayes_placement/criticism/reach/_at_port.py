@@ -11,6 +11,7 @@ from ...inference.engines.levenberg_marquardt import minimise
 from ...inference.residuals import Problem, point_in_problem
 from ...laws.rows import NUMBERS
 from ..kept_fits import NONE, Tree, stored_or_computed
+from ..screening_lines import at_lines_of_descents
 from ._asked import NETWORK, PLACE, Asked, LawsAsked, Rows
 from ._channels import ChannelPort
 from ._filters import FILTERS
@@ -74,11 +75,17 @@ def reach_of_port(
     """
     problem = base.with_effect(port.effect)
     columns = place_columns(port, problem)
-    free = port.free(problem, columns)
     start = point_in_problem(base, point, problem)
     which = np.array(largest(port.trees()))
     tried = grid(port, len(columns)) if places is None else places
-    return _reach_at(port, free, start, tried, which)
+    fewer = at_lines_of_descents(problem).problem if port.is_of_many else problem
+    reach = _reach_at(port, port.free(fewer, columns), start, tried, which)
+    each = problem.count / fewer.count  # a line counts for several
+    return reach._replace(
+        free=port.free(problem, columns),
+        squares=each * reach.squares,
+        squares_of_law=each * reach.squares_of_law,
+    )
 
 
 def reach_of_scanned(base: Problem, point: Point, port: Port, scanned: Scanned) -> ReachOfPort:

@@ -30,6 +30,7 @@ from ._at_port import (
 from ._effect_as_law import EffectAsLaw
 from ._filters import ChannelFilter
 from ._free_law import Points
+from ._free_law_of_many import FreeLawOfMany
 from ._laws_in_full import LawsInFull
 from ._ports import Port
 from ._scanned import Scanned, scanned
@@ -48,6 +49,9 @@ STRONG = math.log(20.0)
 
 BEST_LAWS = 6
 """Laws of a kind of port that are fitted in full, with their places and all other unknowns."""
+
+BEST_OF_MANY = 2
+"""The same of laws that act at many places at once, whose responses take long."""
 
 REFINED, ROUNDS = 2, 3
 """Ports of the best laws, and how often every network is fitted there once more, at most."""
@@ -207,7 +211,8 @@ def _laws_at(reach: ReachOfPort, points: Points, pieces: int) -> list[NamedLaw]:
     rows, starts = reach.rows(), STARTS // len(points)
     every = np.arange(len(rows.trees))
     found = fitted_laws(reach.port, reach.free, rows, points, every, starts, MOST_LINES)
-    begins = _best_rows(*found, rows.trees)[:BEST_LAWS]
+    most = BEST_OF_MANY if isinstance(reach.free, FreeLawOfMany) else BEST_LAWS
+    begins = _best_rows(*found, rows.trees)[:most]
     return _in_full(reach, rows, np.array(begins), pieces)
 
 

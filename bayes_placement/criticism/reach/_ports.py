@@ -27,8 +27,8 @@ from ._law_by_modes import LawByModes
 PLACES = {1: 25, 2: 9, 3: 5}
 """Places along each coordinate of a port that has so many."""
 
-PLACES_OF_PARTS, EXTENTS = {1: 9, 2: 3}, {1: 5, 2: 3}
-"""Places of the middle of a part along each coordinate, and extents along it."""
+OF_PARTS = [9, 5]
+"""Places of the middle of a part of a line, and extents of it."""
 
 MOST_PIECES = 3
 """Most pieces of a structure between which struts are looked for."""
@@ -166,9 +166,13 @@ def ports_of(experiment: Experiment) -> list[Port]:
 
 
 def ports_of_many(experiment: Experiment) -> list[Port]:
-    """Kinds of ports at which a law acts at many places at once: what takes long to try."""
+    """Kinds of ports at which a law acts at many places at once: what takes long to try.
+
+    Of regions those of lines: on a patch of a plate every response takes a hundred times as long.
+    """
     scales, law = Scales(experiment), Spring(1.0)
-    ports = [Port("region", over(*part, law, name=NAME)) for part in scales.extents()]
+    parts = scales.extents(lines_alone=True)
+    ports = [Port("region", over(*part, law, name=NAME)) for part in parts]
     if experiment.structure.of_kind(Modulus):
         return ports
     return [*ports, Port("structure", modulus(law, name=NAME))]
@@ -215,11 +219,8 @@ def place_columns(port: Port, problem: Problem) -> list[int]:
 
 def grid(port: Port, count: int) -> np.ndarray:
     """Standard normal coordinates of places to try, in the middle of cells of equal probability."""
-    if port.acts_on == "region":
-        half = count // 2
-        each = [*[PLACES_OF_PARTS[half]] * half, *[EXTENTS[half]] * half]
-    else:
-        each = [PLACES.get(count, 3)] * count
+    is_part = port.acts_on == "region"
+    each = OF_PARTS if is_part else [PLACES.get(count, 3)] * count
     middles = [(np.arange(number) + 0.5) / number for number in each]
     shares = np.array(list(itertools.product(*middles)))
     ends = [getattr(port.effect, field) for field in port.effect.place_fields]

@@ -5,8 +5,9 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.criticism.missing import _descents, _screening_lines
-from bayes_placement.criticism.missing._screening_lines import (
+from bayes_placement.criticism import screening_lines
+from bayes_placement.criticism.missing import _descents
+from bayes_placement.criticism.screening_lines import (
     Thinned,
     at_screening_lines,
     sample,
@@ -32,14 +33,14 @@ def points_of(problem, count=8):
 
 def test_few_data_are_not_thinned(problem, monkeypatch):
     assert at_screening_lines(problem) is problem
-    monkeypatch.setattr(_screening_lines, "MOST_DATA", problem.count // 2 + 1)
-    _screening_lines._at_one_of.cache_clear()
+    monkeypatch.setattr(screening_lines, "MOST_DATA", problem.count // 2 + 1)
+    screening_lines._at_one_of.cache_clear()
     assert at_screening_lines(problem) is problem
-    monkeypatch.setattr(_screening_lines, "MOST_DATA", problem.count // 2)
-    _screening_lines._at_one_of.cache_clear()
+    monkeypatch.setattr(screening_lines, "MOST_DATA", problem.count // 2)
+    screening_lines._at_one_of.cache_clear()
     thinned = at_screening_lines(problem)
     assert len(thinned.squares.residuals(points_of(problem))[0][0]) == problem.count // 2
-    _screening_lines._at_one_of.cache_clear()
+    screening_lines._at_one_of.cache_clear()
 
 
 def test_one_line_of_one_is_the_whole_problem(problem):
@@ -128,5 +129,5 @@ def test_a_sample_of_residuals_has_the_products_of_all(monkeypatch):
     assert few.shape == (3, 2000)
     error = np.sqrt(5000**2 / 2000 * 1.5)
     np.testing.assert_allclose(few @ along.T, residual @ slope.T, atol=4 * error)
-    monkeypatch.setattr(_screening_lines, "SAMPLE", 5000)
+    monkeypatch.setattr(screening_lines, "SAMPLE", 5000)
     np.testing.assert_array_equal(sample(residual), residual)

@@ -13,11 +13,11 @@ from typing import Any
 import jax
 import numpy as np
 
-from ...experiment.noise import Data
-from ...experiment.variants import evenly_spread, with_lines_at
-from ...inference.engines.least_squares import LeastSquares
-from ...inference.residuals import Problem
-from ...inference.residuals_of_state import State
+from ..experiment.noise import Data
+from ..experiment.variants import evenly_spread, with_lines_at
+from ..inference.engines.least_squares import LeastSquares
+from ..inference.residuals import Problem
+from ..inference.residuals_of_state import State
 
 MOST_DATA = 16_384
 """Data at which effects are screened, where there are twice as many or more."""
