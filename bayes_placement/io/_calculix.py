@@ -9,8 +9,7 @@ from pathlib import Path
 from .._shared.errors import InputError
 from ._contents import decoded
 from ._mesh_contents import MeshContents, of_numbers, strict_integer
-from .uff._decode import real
-from .uff._gate import NUMBER, columns
+from .uff._decode import NUMBER, columns, real
 
 _TYPES = {
     1: ("hexahedron", range(8)),

@@ -4,6 +4,7 @@ import mmap
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,8 +13,7 @@ import numpy as np
 from ..._shared.errors import InputError
 from .._contents import WIDE, decoded, is_wide
 from .._gate import existing
-from . import _decode
-from ._gate import HEAD_LINES, LAYOUT, FormatFault, faults
+from ._decode import DECODERS, HEAD_LINES, LAYOUT, FormatError, function, function_head
 
 NODES, UNITS, FUNCTION, DATA_AT_NODES = (15, 2411), 164, 58, 55
 
@@ -26,8 +26,6 @@ _ONLY_NUMBERS = re.compile(r"\s*([+-]?[\d.]++([eEdD][+-]?\d++)?+\s*+)++")
 _NOTHING = b"\x1a \0\r\n\t"  # an end of file of old systems, and blanks
 
 Wanted = Callable[[dict[str, Any]], bool]
-
-_FROM_ARRAYS = {DATA_AT_NODES: "ModalModel.from_arrays"}
 
 
 class MeasurementFileError(InputError):
@@ -95,12 +93,11 @@ def load(path: Path, data: int = FUNCTION, *, wanted: Wanted = lambda head: True
     datasets = []
     for index, block in enumerate(blocks_of(existing(path, "a universal file (.uff, .unv)"))):
         place = f"{path}, block {index + 1} (dataset {block.number})"
-        if block.number == FUNCTION == data:
-            _check(faults(FUNCTION, block.head, binary=True), FUNCTION, place)
-            if not wanted(_decode.function_head(block.head)):
+        with _decoding(block.number, place):
+            if block.number == FUNCTION == data and not wanted(function_head(block.head)):
                 continue
-        if block.number in {*NODES, UNITS, data}:
-            datasets.append(Dataset(place, block.number, _decoded(block, place)))
+            if block.number in {*NODES, UNITS, data}:
+                datasets.append(Dataset(place, block.number, _decoded(block, place)))
     return datasets
 
 
@@ -152,8 +149,7 @@ def _decoded(block: DatasetBytes, place: str) -> dict[str, Any]:
                 "or 2, and 2 (IEEE 754) are needed, since they say how to read the values. Export "
                 "it again, or as text."
             )
-        values = _decode.Binary(block.values, "<" if order == b"1" else ">")
-        fields = _decode.function(block.head, values)
+        fields = function(block.head, block.values, "<" if order == b"1" else ">")
         size = np.abs(fields["data"])
         if np.any((size > 0) & ~((size >= LEAST) & (size <= MOST))):
             raise MeasurementFileError(
@@ -162,20 +158,23 @@ def _decoded(block: DatasetBytes, place: str) -> dict[str, Any]:
                 "follow are shifted. Copy the file again as binary, or export it as text."
             )
         return fields
-    lines = block.lines
-    _check(faults(block.number, lines), block.number, place)
-    return _decode.DECODERS[block.number](lines)
+    return DECODERS[block.number](block.lines)
 
 
-def _check(found: Iterator[FormatFault], number: int, place: str) -> None:
+@contextmanager
+def _decoding(number: int, place: str) -> Iterator[None]:
     """Refuse a dataset with a field that is not in its columns."""
-    for fault in found:
+    try:
+        yield
+    except FormatError as fault:
+        line, what = fault.args
+        arrays = "ModalModel" if number == DATA_AT_NODES else "Measurement"
         raise MeasurementFileError(
-            f"{place} cannot be decoded: in line {fault.line} after the one with its number, "
-            f"{fault.what}; every field must be in the columns that the format gives it, since a "
+            f"{place} cannot be decoded: in line {line} after the one with its number, "
+            f"{what}; every field must be in the columns that the format gives it, since a "
             "shifted one is another number. Export the file again, or give the arrays to "
-            f"{_FROM_ARRAYS.get(number, 'Measurement.from_arrays')}."
-        )
+            f"{arrays}.from_arrays."
+        ) from fault
 
 
 def blocks_of(path: Path) -> Iterator[DatasetBytes]:

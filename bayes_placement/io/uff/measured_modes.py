@@ -10,7 +10,7 @@ import numpy as np
 from ...positions.channel import Channel
 from ._datasets import DATA_AT_NODES, FUNCTION, Dataset, MeasurementFileError, blocks_of
 from ._datasets import load as datasets_of
-from ._gate import COMPLEX, NORMAL
+from ._decode import COMPLEX, NORMAL
 
 ALIKE = 1e-2
 """Relative difference of numbers that are one; those that are told apart differ by 2 pi."""
