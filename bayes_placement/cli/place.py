@@ -1,7 +1,7 @@
 """`bayes-placement place`: where to measure, so that most is learnt about the parameters."""
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,21 +12,28 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from .. import design
-from .._shared.errors import UsageError
+from .._shared.errors import InputError, UsageError
 from .._shared.executors import workers
+from .._shared.progress import Progress
+from ..criticism.missing.improve import improve
 from ..design import information
+from ..design._positions_on import can_be_at, positions_on
+from ..design.information.estimator import Estimator
 from ..design.maps import information_map
 from ..design.place import Placement, place
 from ..design.planned import planned
+from ..effects import library
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.modal_parameters import ModalParameters
 from ..experiment.variants import with_lines, with_more_sensors, with_only
+from ..inference import cross_check
+from ..inference.results import warnings_of
 from ..io._gate import files_read
 from ..io.model import Study
 from ..plots import placement as plots
-from ._estimators import named_estimator
+from ..positions.bounds import in_space
 from ._inputs import measured, read_study
-from ._positions_to_try import costs, forbidden_regions, positions_to_try
+from ._posterior import infer_posterior
 from ._run import Output, Run
 from ._terminal import Screen
 
@@ -226,3 +233,120 @@ def _write(best: Placement, sentences: list[str], maps: list[xr.Dataset], run: R
 
 def _map(learnt: xr.Dataset) -> dict[str, Figure]:
     return {"map.png": plots.information(learnt)}
+
+
+ESTIMATORS: dict[str, Callable[..., Any]] = {
+    "kernel-gain": information.KernelGain,
+    "exact": information.Exact,
+    "expected-gain": information.ExpectedGain,
+    "separation": information.Separation,
+}
+
+
+def named_estimator(
+    name: str,
+    study: Study,
+    measurement: Measurements | None,
+    seed: int,
+    begin: Callable[[], Progress],
+) -> tuple[Estimator, list[str]]:
+    """Return an estimator and the warnings of the inference from earlier data that it starts from.
+
+    `begin` is called as that inference begins, and returns what it reports its progress to.
+    """
+    if name == "separation":
+        assert measurement is not None
+        return _separation(study.experiment, measurement, begin()), []
+    if measurement is None:
+        return ESTIMATORS[name](), []
+    method = cross_check.standard_methods(study.experiment, study.engine)[0]
+    posterior = infer_posterior(study.experiment, measurement, method, seed, begin())
+    return ESTIMATORS[name](after=posterior), warnings_of(posterior)
+
+
+def _separation(
+    experiment: Experiment, measurement: Measurements, progress: Progress
+) -> information.Separation:
+    """Separation of the explanations that earlier data leave."""
+    ledger = improve(experiment, measurement, candidates=library(experiment), progress=progress)
+    if len(ledger.alternatives) < 2:
+        names = "".join(f" ({alternative.name})" for alternative in ledger.alternatives)
+        raise InputError(
+            "--estimator separation tells explanations apart, but the data leave only one"
+            f"{names}. Give --estimator expected-gain, to sharpen its parameters."
+        )
+    return information.Separation(alternatives=ledger.alternatives)
+
+
+MOST_PLACEMENTS = 100_000
+"""Placements, at most, that an exhaustive search tries."""
+
+
+def positions_to_try(experiment: Experiment, search: str, count: int) -> dict[str, Sequence[Any]]:
+    """Return the positions of the structure at which each sensor and actuator can be mounted [m].
+
+    Of `count` positions those are kept that a tolerance allows.
+    """
+    if search == "evolutionary" and in_space(experiment.structure.modes.bounds()):
+        raise UsageError(
+            "--search evolutionary moves along a line, but this structure lies in space. Give "
+            "--search sequential or forward, or use bp.place with a tolerance for each transducer."
+        )
+    positions = positions_on(experiment, count)
+    transducers = {**experiment.sensor, **experiment.actuator}
+    allowed: dict[str, Sequence[Any]] = {
+        name: [at for at in positions if can_be_at(experiment, transducer, at)]
+        for name, transducer in transducers.items()
+    }
+    nowhere = [name for name, remaining in allowed.items() if not remaining]
+    if nowhere:
+        raise UsageError(
+            f'At none of {len(positions)} positions "{nowhere[0]}" can be mounted with its '
+            "tolerance. Try more positions, --places 200, or use bp.place with positions of your "
+            "own."
+        )
+    placements = np.prod([len(remaining) for remaining in allowed.values()], dtype=float)
+    if search == "exhaustive" and placements > MOST_PLACEMENTS:
+        raise UsageError(
+            f"--search exhaustive would try {placements:.2g} placements of {', '.join(allowed)}. "
+            "Give --search forward (or evolutionary), fewer --sensors or fewer --places."
+        )
+    return allowed
+
+
+def forbidden_regions(words: Sequence[str]) -> list[tuple[Any, Any]]:
+    """Low and high corners [m] of regions, from `0.4:0.45` or `0,0,0:0.1,0.1,0` each."""
+    return [_region(word) for word in words]
+
+
+def _region(word: str) -> tuple[Any, Any]:
+    try:
+        low, high = ([float(number) for number in corner.split(",")] for corner in word.split(":"))
+    except ValueError:
+        low, high = [], []
+    if not low or len(low) != len(high) or len(low) not in (1, 3):
+        raise UsageError(
+            f"--forbidden {word!r} was given; the least and the greatest position [m] of a region "
+            "are needed, since nothing is placed between them: --forbidden 0.4:0.45, or in space "
+            "--forbidden 0,0,0:0.1,0.1,0."
+        )
+    return (low[0], high[0]) if len(low) == 1 else (tuple(low), tuple(high))
+
+
+def costs(words: Sequence[str]) -> dict[str, float]:
+    """Costs [nat] of transducers by name, from `s1=0.1` each."""
+    return dict(map(_cost, words))
+
+
+def _cost(word: str) -> tuple[str, float]:
+    name, _, number = word.rpartition("=")
+    try:
+        cost = float(number)
+    except ValueError:
+        cost = -1.0
+    if not name or not cost >= 0:
+        raise UsageError(
+            f"--cost {word!r} was given; a transducer and the information gain [nat] that it must "
+            "exceed to be used are needed: --cost s2=0.1."
+        )
+    return name, cost

@@ -12,15 +12,16 @@ from ._marginal_panels import (
     MOST_ROWS,
     MOST_STRIPS,
     Rows,
+    ScaledUnknown,
     by_owner,
     draw_marginal,
     draw_methods,
     drawn_as_strips,
     drawn_in_rows,
     in_rows,
+    inferred,
     rows_of,
 )
-from ._unknowns import ScaledUnknown, inferred
 
 Truth = Mapping[str, float]
 

@@ -9,8 +9,7 @@ from matplotlib.figure import Figure
 from .._shared.arguments import arguments_checked
 from .._shared.errors import InputError
 from ._colours import AFTER, BEFORE, DATA, FIFTH, FOURTH, INK
-from ._figures import PAGE, panels
-from ._fits import Fits, fits_of
+from ._figures import PAGE, Fits, fits_of, panels
 from ._mode_panels import (
     Colours,
     draw_assurance,

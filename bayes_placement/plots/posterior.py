@@ -28,6 +28,7 @@ from ._figures import (
 from ._fit_panels import POSTERIOR, draw_band, draw_phases, unit_of_difference
 from ._marginal_panels import (
     PRIOR,
+    ScaledUnknown,
     abreast,
     by_owner,
     draw_marginal,
@@ -35,8 +36,8 @@ from ._marginal_panels import (
     drawn_as_strips,
     drawn_in_rows,
     in_rows,
+    inferred,
 )
-from ._unknowns import ScaledUnknown, inferred
 
 
 @arguments_checked

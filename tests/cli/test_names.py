@@ -6,7 +6,7 @@ from typing import get_args
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.cli import _estimators, _options, place
+from bayes_placement.cli import _options, place
 from bayes_placement.design.information.estimator import Estimator
 from bayes_placement.design.search.strategy import Search
 
@@ -24,7 +24,7 @@ def kebab_case(kind):
 @pytest.mark.parametrize(
     ("names", "registry", "room", "base"),
     [
-        (_options.EstimatorName, _estimators.ESTIMATORS, bp.information, Estimator),
+        (_options.EstimatorName, place.ESTIMATORS, bp.information, Estimator),
         (_options.SearchName, place.SEARCHES, bp.design, Search),
     ],
     ids=["estimators", "searches"],

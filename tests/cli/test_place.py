@@ -11,10 +11,9 @@ from typer.testing import CliRunner
 
 import bayes_placement as bp
 from bayes_placement._shared.progress import no_progress
-from bayes_placement.cli import _estimators, _positions_to_try
-from bayes_placement.cli._positions_to_try import positions_to_try
+from bayes_placement.cli import place as placing
 from bayes_placement.cli.app import app
-from bayes_placement.cli.place import with_sensors
+from bayes_placement.cli.place import positions_to_try, with_sensors
 from bayes_placement.design import _positions_on
 from models import bar
 from tests.effects import models_in_space
@@ -220,14 +219,14 @@ def test_an_estimator_starts_from_the_posterior_of_earlier_data_and_tells_its_wa
         calls["arguments"] = arguments
         return xr.DataTree(xr.Dataset(attrs={"warnings": ["Look twice."]}))
 
-    monkeypatch.setattr(_estimators, "infer_posterior", infer_posterior)
+    monkeypatch.setattr(placing, "infer_posterior", infer_posterior)
 
     def kde(*, after):
         calls["after"] = after
         return bp.information.KernelGain()
 
-    monkeypatch.setitem(_estimators.ESTIMATORS, "kernel-gain", kde)
-    _, warned = _estimators.named_estimator(
+    monkeypatch.setitem(placing.ESTIMATORS, "kernel-gain", kde)
+    _, warned = placing.named_estimator(
         "kernel-gain", study, study.measurement, 7, lambda: no_progress
     )
     assert warned == calls["after"].attrs["warnings"] == ["Look twice."]
@@ -260,7 +259,7 @@ def explained(probability, *ratios):
 
 def test_it_tells_explanations_of_the_data_apart(tmp_path, monkeypatch):
     written(tmp_path, MEASUREMENT.format(draws=20))
-    monkeypatch.setattr(_estimators, "improve", explained(0.5, 0.0, 2.0))
+    monkeypatch.setattr(placing, "improve", explained(0.5, 0.0, 2.0))
     output, out = done(tmp_path, "--estimator", "separation", "--search", "sequential")
     learnt = pd.read_csv(out / "placements.csv")["information_gain"]
     assert 0.3 < learnt.max() < np.log(2) + 0.01
@@ -269,7 +268,7 @@ def test_it_tells_explanations_of_the_data_apart(tmp_path, monkeypatch):
 
 def test_a_single_explanation_is_told_apart_from_nothing(tmp_path, monkeypatch):
     model = written(tmp_path, MEASUREMENT.format(draws=20))
-    monkeypatch.setattr(_estimators, "improve", explained(1.0, 0.0))
+    monkeypatch.setattr(placing, "improve", explained(1.0, 0.0))
     words = ("--estimator", "separation", "--out", tmp_path / "out")
     message = refused(model, *words, codes=(3,))
     assert "the data leave only one (mass 0)" in message
@@ -372,7 +371,7 @@ def test_evolution_has_no_line_to_move_along_in_space():
 
 
 def test_a_transducer_that_sits_nowhere_is_named(monkeypatch):
-    monkeypatch.setattr(_positions_to_try, "positions_on", lambda *arguments: [1.2, -0.3])
+    monkeypatch.setattr(placing, "positions_on", lambda *arguments: [1.2, -0.3])
     experiment = bar.placed(0.3, 0.4, None)
     with pytest.raises(ValueError, match='At none of 2 positions "s1" can be mounted'):
         positions_to_try(experiment, "exhaustive", 4)

@@ -14,9 +14,9 @@ import numpy as np
 import bayes_placement as bp
 from bayes_placement import information
 from bayes_placement.design._candidates import candidates, combinations
-from bayes_placement.design._parameters_of_interest import nominal_values
-from bayes_placement.design.running import _dispatch
 from bayes_placement.design.running import chunks as chunking
+from bayes_placement.design.running import evaluation
+from bayes_placement.design.running.evaluation import nominal_values
 from bayes_placement.experiment.content_hash import content_hash
 from models import bar
 from tests.design import at_work
@@ -95,8 +95,8 @@ def logged(log, chunk):
 
 def main(store, log, *address):
     """Compute the map slowly, here or on the cluster at an address."""
-    _dispatch.compute = lambda chunk: logged(Path(log), chunk.packed())
-    _dispatch.compute_packed = partial(logged, Path(log))
+    evaluation.compute = lambda chunk: logged(Path(log), chunk.packed())
+    evaluation.compute_packed = partial(logged, Path(log))
     local = 2 if address == ("local",) else None
     with bp.design.workers(local, dask=address[0] if address else None) as executor:
         computed(store=store, executor=executor)

@@ -1,26 +1,114 @@
 """Evaluation of the information gain at placements, and its settings, common to all searches."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
+from importlib.metadata import version
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
+import jax.numpy as jnp
 import numpy as np
 
 from ..._shared.dimensions import Key
-from ..._shared.errors import warn
+from ..._shared.errors import InputError, warn
+from ..._shared.parts import done_by, shared_in_any_order
 from ..._shared.progress import Progress, no_progress
+from ..._shared.ranges import described, reach
+from ..._shared.sites import Role, Unknown
+from ...experiment.array_store import ArrayStore
+from ...experiment.content_hash import content_hash
 from ...experiment.experiment import Experiment
 from ...experiment.variants import with_lines
 from ...inference.random_keys import integer_seed
 from .._candidates import Candidates
-from .._parameters_of_interest import nominal_values, with_parameters_of_interest
 from ..information.estimator import Estimator, InformationWarning
 from ..information.expected_gain import ExpectedGain
 from ..information.kernel_gain import KernelGain
-from ._dispatch import run
-from .chunks import Task, chunks
+from .chunks import Chunk, Task, chunks, compute, compute_packed
+
+VERSION = version("bayes_placement")
+"""Part of the name of each file, since results of another version may differ."""
+
+GAIN, JACKKNIFE = "information_gain", "information_gain_jackknife"
+
+
+class Store:
+    """A folder with a file for each finished chunk, made if need be; None stores nothing."""
+
+    def __init__(self, folder: str | Path | None):
+        self._files = None if folder is None else ArrayStore(folder)
+
+    def read(self, chunk: Chunk) -> np.ndarray | None:
+        """Information gain of a chunk; None if it is missing or, with a warning, damaged."""
+        arrays = None if self._files is None else self._files.read(_key(chunk))
+        return None if arrays is None else np.column_stack([arrays[GAIN], arrays[JACKKNIFE]])
+
+    def write(self, chunk: Chunk, gain: np.ndarray) -> None:
+        """Store the information gain of a chunk [cell, 1 + replicate]."""
+        if self._files is None:
+            return
+        settings = np.array(str(chunk.task.settings()))
+        gains = {GAIN: gain[:, 0], JACKKNIFE: gain[:, 1:]}
+        self._files.write(_key(chunk), gains | {"settings": settings} | chunk.recorded())
+
+
+def _key(chunk: Chunk) -> str:
+    return content_hash(VERSION, chunk.content())
+
+
+Computed: TypeAlias = tuple[Chunk, np.ndarray]
+
+LEAST_SHARED = 16
+"""Chunks of which this process has helpers; a helper starts in the time of five."""
+
+
+def run(
+    chunks: Sequence[Chunk],
+    executor: Executor | None,
+    store: str | Path | None,
+    progress: Progress,
+) -> Generator[Computed, None, None]:
+    """Results of all chunks, in any order; those in the store are read, not computed.
+
+    Only this process writes to the store.
+    """
+    finished = Store(store)
+    missing, done = [], 0
+    for chunk in chunks:
+        gain = finished.read(chunk)
+        if gain is None:
+            missing.append(chunk)
+            continue
+        done += 1
+        yield chunk, gain
+    progress(done / len(chunks))
+    with closing(_computed(missing, executor)) as computed:
+        for chunk, gain in computed:
+            finished.write(chunk, gain)
+            done += 1
+            progress(done / len(chunks))
+            yield chunk, gain
+
+
+def _computed(
+    chunks: Sequence[Chunk], executor: Executor | None
+) -> Generator[Computed, None, None]:
+    """Results of an executor, or of this process and of helpers on its other cores."""
+    if executor is None and len(chunks) < LEAST_SHARED:
+        yield from ((chunk, compute(chunk)) for chunk in chunks)
+        return
+    try:
+        tasks = [(chunk.packed(),) for chunk in chunks]
+    except InputError:
+        if executor is not None:
+            raise
+        yield from ((chunk, compute(chunk)) for chunk in chunks)  # what cannot be sent
+        return
+    with done_by(executor):
+        for number, gain in shared_in_any_order(compute_packed, tasks):
+            yield chunks[number], gain[: len(chunks[number].cells)]
+
 
 MOST_LINES = 20
 """Frequency lines that are used, where no other number is asked for."""
@@ -119,3 +207,70 @@ def _warn_if_saturated(estimator: Estimator, gain: np.ndarray) -> None:
             "prior, such as the posterior of a first measurement: after=posterior.",
             InformationWarning,
         )
+
+
+def with_parameters_of_interest(
+    experiment: Experiment, about: Sequence[str] | None, nominal: Mapping[str, float] | None
+) -> tuple[Experiment, dict[str, float]]:
+    """Hold all parameters but those of interest at their nominal values, as Case 1 of the paper.
+
+    Nominal values are the means of the priors by default; those of parameters that are still
+    unknown are returned as well.
+    """
+    values = dict(nominal or {})
+    _refuse_impossible(values, experiment)
+    if about is None:
+        return experiment, values
+    typical = experiment.nominal_values()
+    parameters = [unknown.name for unknown in experiment.unknowns if unknown.role is Role.PARAMETER]
+    if not about or not set(about) <= set(parameters):
+        raise InputError(
+            f"about={list(about)} was given; names of unknown parameters are needed. Those are "
+            f"{', '.join(parameters)}."
+        )
+    fixed = {name: values.pop(name, typical[name]) for name in parameters if name not in about}
+    return experiment.fix(fixed), values
+
+
+def nominal_values(
+    experiment: Experiment,
+    moved: Sequence[str],
+    stated: Mapping[str, float],
+    typical: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Nominal value of each unknown but the positions of what is moved.
+
+    Values that the user states come first, then typical ones, better than recorded positions and
+    means of priors.
+    """
+    unknown = experiment.unknown
+    return {
+        name: jnp.asarray(stated.get(name, typical.get(name, value)))
+        for name, value in experiment.nominal_values().items()
+        if not _is_position_of(unknown[name], moved)
+    }
+
+
+def _is_position_of(unknown: Unknown, transducers: Sequence[str]) -> bool:
+    is_position = unknown.is_placement and unknown.field == "position"
+    return is_position and unknown.owner.name in transducers
+
+
+def _refuse_impossible(nominal: Mapping[str, float], experiment: Experiment) -> None:
+    """Refuse nominal values of what is no unknown parameter, and outside of the prior."""
+    names = [unknown.name for unknown in experiment.unknowns if not unknown.is_of_transducer]
+    for name in nominal:
+        if name not in names:
+            raise InputError(
+                f"A nominal value of {name} was given, which is no unknown parameter; those are "
+                f"{', '.join(names)}. The nominal positions of transducers are those recorded."
+            )
+    for name, value in nominal.items():
+        prior = experiment.unknown[name].distribution
+        low, high = reach(prior)
+        if np.any(np.less(value, low)) or np.any(np.greater(value, high)):
+            raise InputError(
+                f"A nominal value of {value:g} was given for {name}, outside of its prior "
+                f"{described(prior)}; one that the prior allows is needed, since the nominal data "
+                f"are those of it. Give one from {low:.3g} to {high:.3g}."
+            )

@@ -13,8 +13,7 @@ from ..model import Study
 from ._bar_or_beam import NominalStructure, nominal_structure, structure
 from ._effects import NAME, with_effects
 from ._files import inside
-from ._json_fields import JsonObject, check_distinct, choice, integer, load
-from ._known_fields import check_known
+from ._json_fields import JsonObject, check_distinct, check_known, choice, integer, load
 from ._measurement import RecordedTransducer, settings
 from ._runs import Runs, read_runs
 from ._transducers import angles, delay, directions_rule, gain, position, position_rule

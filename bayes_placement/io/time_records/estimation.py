@@ -6,18 +6,19 @@ from itertools import chain
 from typing import Any
 
 import numpy as np
-from jaxtyping import Complex
+from jaxtyping import Complex, Int
 
 from ..._shared.arguments import check_annotated, check_count, check_kind, shown
 from ..._shared.errors import InputError, warn
 from ...experiment import _noise_level
 from ...experiment._measurement_checks import band as check_band
+from ...experiment.line_choice import half_power_bandwidth, mode_indicator, resonances
 from ...experiment.measurement import Measurement
 from ...positions.channel import Channel, Channels
-from . import estimators, resolution
+from . import estimators
 from .estimate import Estimate, EstimateWarning, Excitation, Spectra
 from .recording import Recording, joined
-from .records import records
+from .records import Samples, records
 
 CORRELATED = 1.5
 """Correlated lines above which a likelihood of independent lines is said to be too narrow."""
@@ -280,7 +281,7 @@ def _check_spectra(spectra: Spectra) -> None:
 
 def _resolution(spectra: Spectra, measurement: Measurement, rate: float) -> Iterator[str]:
     if spectra.segment_window is not None and np.all(np.asarray(measurement.variance) > 0):
-        yield from resolution.warnings(measurement, spectra.segment_window, rate)
+        yield from _too_short_segments(measurement, spectra.segment_window, rate)
 
 
 def _alike(spectra: Spectra, estimator: str, step: int) -> Iterator[str]:
@@ -314,3 +315,45 @@ def _warnings(spectra: Spectra) -> Iterator[str]:
             "count as one independent line. A likelihood counts each line: posteriors are too "
             f"narrow. Leave every= out, or take every={round(spectra.correlated_lines)}."
         )
+
+
+def _too_short_segments(measurement: Measurement, window: Samples, rate: float) -> Iterator[str]:
+    """Name the resonance whose peak the window lowers most, if by more than its noise."""
+    peaks = resonances((measurement,))
+    if not peaks.size:
+        return
+    indicator = mode_indicator((measurement,))
+    widths = [half_power_bandwidth(measurement.frequency, indicator, int(peak)) for peak in peaks]
+    biases = np.array([peak_bias(window, rate, width) for width in widths])
+    worst = int(np.argmax(biases / _noise_at(measurement, peaks)))
+    if biases[worst] > _noise_at(measurement, peaks)[worst]:
+        yield (
+            f"The resonance at {measurement.frequency[peaks[worst]]:.4g} Hz is "
+            f"{widths[worst] * window.size / rate:.2g} lines wide, so that the window lowers its "
+            f"peak by {100 * biases[worst]:.2g} %, which is more than its noise and looks like "
+            "damping. Take longer segments."
+        )
+
+
+def peak_bias(window: Samples, rate: float, width: float) -> float:
+    """Share by which the peak of a resonance of a half-power bandwidth [Hz] is lowered.
+
+    The expectation of Gxy has the impulse response times the autocorrelation of the window (of
+    Hann's: 4 / 3 over the square of the lines in the bandwidth). Schmidt, Journal of Sound and
+    Vibration 101 (1985) 347.
+    """
+    count = window.size
+    spectrum = np.abs(np.fft.rfft(window, 2 * count)) ** 2
+    autocorrelation = np.fft.irfft(spectrum, 2 * count)[:count] / np.sum(window**2)
+    decay = np.exp(-np.pi * width * np.arange(count) / rate)
+    decay[0] /= 2  # a sum by trapezoids
+    endless = 1 / (1 - np.exp(-np.pi * width / rate)) - 0.5  # the same without end
+    return float(1 - np.sum(autocorrelation * decay) / endless)
+
+
+def _noise_at(measurement: Measurement, peaks: Int[np.ndarray, "peak"]) -> np.ndarray:
+    """Deviation of the noise over the amplitude at peaks, of the pair where it is least [1]."""
+    frf, variance = measurement.frf[..., peaks], measurement.stated_variance()[..., peaks]
+    return np.asarray(
+        np.sqrt(variance).reshape(-1, peaks.size) / np.abs(frf).reshape(-1, peaks.size)
+    ).min(axis=0)

@@ -16,8 +16,7 @@ from ..._shared.scalars import check_scalar
 from ..._shared.sites import check_numbers, is_open, is_unknown, unit
 from ..modes import AxisShapes, Coordinates
 from . import _beam_roots
-from .waveguide import Waveguide
-from .waves import cosine_and_sine
+from .waveguide import Waveguide, cosine_and_sine
 
 _SYNONYMS = {"clamped": "fixed", "supported": "pinned"}
 

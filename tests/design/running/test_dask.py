@@ -10,8 +10,8 @@ import pytest
 import bayes_placement as bp
 from bayes_placement import information
 from bayes_placement._shared import executors
-from bayes_placement.design.running import _dispatch
 from bayes_placement.design.running import chunks as chunking
+from bayes_placement.design.running import evaluation
 from models import bar
 from tests.design import killed, small_maps
 
@@ -48,7 +48,7 @@ def test_a_scheduler_is_found_by_its_address(cluster, full_map):
 @pytest.mark.long
 def test_a_worker_that_is_killed_half_way_loses_nothing(cluster, full_map, tmp_path, monkeypatch):
     marker = tmp_path / "killed"
-    monkeypatch.setattr(_dispatch, "compute_packed", partial(small_maps.stop_once, marker))
+    monkeypatch.setattr(evaluation, "compute_packed", partial(small_maps.stop_once, marker))
     assert small_maps.computed(executor=cluster).identical(full_map)
     worker = int(marker.read_text())
     assert worker != os.getpid()
@@ -57,7 +57,7 @@ def test_a_worker_that_is_killed_half_way_loses_nothing(cluster, full_map, tmp_p
 
 @pytest.mark.long
 def test_an_error_arrives_in_words_and_leaves_nothing_waiting(cluster, monkeypatch):
-    monkeypatch.setattr(_dispatch, "compute_packed", small_maps.fail)
+    monkeypatch.setattr(evaluation, "compute_packed", small_maps.fail)
     with pytest.raises(ValueError, match="Stiffness was given as zero"):
         small_maps.computed(executor=cluster)
     futures = cluster._client.futures

@@ -20,8 +20,8 @@ from bayes_placement._shared import parts as _parts
 from bayes_placement._shared import processes as _processes
 from bayes_placement._shared.executors import WorkerProcesses
 from bayes_placement.design.information.estimator import Estimator
-from bayes_placement.design.running import _dispatch
 from bayes_placement.design.running import chunks as chunking
+from bayes_placement.design.running import evaluation
 from bayes_placement.experiment.content_hash import content_hash
 from bayes_placement.io.model import read
 from models import bar
@@ -71,7 +71,7 @@ def counted(monkeypatch):
         computed_chunks.append(chunk)
         return chunking.compute(chunk)
 
-    monkeypatch.setattr(_dispatch, "compute", count)
+    monkeypatch.setattr(evaluation, "compute", count)
     return computed_chunks
 
 
@@ -155,7 +155,7 @@ def test_a_file_that_may_not_be_read_is_an_error(store, monkeypatch):
     def refuse(path):
         raise PermissionError(13, "Permission denied", str(path))
 
-    monkeypatch.setattr(_dispatch.Path, "read_bytes", refuse)
+    monkeypatch.setattr(evaluation.Path, "read_bytes", refuse)
     with pytest.raises(PermissionError, match="Permission denied"):
         computed(store=store)
 
@@ -167,8 +167,8 @@ def test_two_runs_may_write_one_file_at_once(tmp_path):
 
     def write():
         for _ in range(10):
-            _dispatch.Store(tmp_path).write(chunk, result)
-            results.append(_dispatch.Store(tmp_path).read(chunk))
+            evaluation.Store(tmp_path).write(chunk, result)
+            results.append(evaluation.Store(tmp_path).read(chunk))
 
     threads = [threading.Thread(target=write) for _ in range(2)]
     for thread in threads:
@@ -196,7 +196,7 @@ def test_names_are_the_same_in_any_process(processes):
 
 
 def test_each_that_determines_a_result_is_in_its_name(monkeypatch):
-    name = _dispatch._key
+    name = evaluation._key
     first, *further = small_maps.chunks()
     places = {"s1": small_maps.PLACES["s1"][:3], "a1": small_maps.PLACES["a1"]}
     (pair, *_), variants = small_maps.chunks(size=2), further
@@ -213,7 +213,7 @@ def test_each_that_determines_a_result_is_in_its_name(monkeypatch):
     names = {name(variant) for variant in [first, *variants]}
     assert len(names) == 1 + len(variants)
     assert name(small_maps.chunks()[0]) in names
-    monkeypatch.setattr(_dispatch, "VERSION", "0.0.0")
+    monkeypatch.setattr(evaluation, "VERSION", "0.0.0")
     assert name(first) not in names
 
 
@@ -321,8 +321,8 @@ def helped(monkeypatch):
     """Processes in which chunks are computed where this one may have a helper."""
     monkeypatch.setattr(loky, "cpu_count", lambda: 2)
     monkeypatch.setattr(_processes, "_alone", False)
-    monkeypatch.setattr(_dispatch, "LEAST_SHARED", CELLS)
-    monkeypatch.setattr(_dispatch, "compute_packed", small_maps.where)
+    monkeypatch.setattr(evaluation, "LEAST_SHARED", CELLS)
+    monkeypatch.setattr(evaluation, "compute_packed", small_maps.where)
     helpers, _ = _processes.started_helpers()
     helpers.submit(os.getpid).result()
     yield
@@ -335,7 +335,7 @@ def test_a_large_map_is_shared_with_helpers(helped):
 
 
 def test_what_helpers_find_is_the_same_and_kept(helped, full_map, store, counted, monkeypatch):
-    monkeypatch.setattr(_dispatch, "compute_packed", chunking.compute_packed)
+    monkeypatch.setattr(evaluation, "compute_packed", chunking.compute_packed)
     for path in list(store.iterdir()):
         path.unlink()
     assert computed(store=store).identical(full_map)
@@ -377,9 +377,9 @@ def test_few_chunks_are_submitted_at_once(full_map, monkeypatch):
 
 
 def test_a_chunk_that_was_filled_up_is_cut(monkeypatch):
-    monkeypatch.setattr(_dispatch, "compute_packed", lambda packed: packed.candidates)
+    monkeypatch.setattr(evaluation, "compute_packed", lambda packed: packed.candidates)
     chunks = small_maps.chunks(size=5)
-    for chunk, gain in _dispatch._computed(chunks, Breaking(9)):
+    for chunk, gain in evaluation._computed(chunks, Breaking(9)):
         np.testing.assert_array_equal(gain, chunk.candidates[: len(chunk.cells)])
     assert [len(chunk.cells) for chunk in chunks] == [5, 5, 2]
 
@@ -391,7 +391,7 @@ class Stopped(BaseException):
 @pytest.mark.parametrize("error", [KeyboardInterrupt, Stopped])
 def test_nothing_is_left_waiting_when_a_run_is_stopped(error, monkeypatch):
     futures = []
-    monkeypatch.setattr(_dispatch, "compute_packed", small_maps.slowly)
+    monkeypatch.setattr(evaluation, "compute_packed", small_maps.slowly)
 
     def stop(share):
         if share > 0:
@@ -413,7 +413,7 @@ def test_nothing_is_left_waiting_when_a_run_is_stopped(error, monkeypatch):
 
 
 def test_an_error_in_a_worker_arrives_in_words(processes, tmp_path, monkeypatch):
-    monkeypatch.setattr(_dispatch, "compute_packed", small_maps.fail)
+    monkeypatch.setattr(evaluation, "compute_packed", small_maps.fail)
     with pytest.raises(ValueError, match="Stiffness was given as zero"):
         computed(executor=processes, store=tmp_path)
     assert 1 <= len(list(tmp_path.iterdir())) < CELLS - 2  # what came before is kept
@@ -502,9 +502,9 @@ class Breaking(Executor):
 @pytest.mark.long
 def test_a_lost_worker_is_replaced(numbered, tmp_path, monkeypatch):
     marker = tmp_path / "killed"
-    monkeypatch.setattr(_dispatch, "compute_packed", partial(at_work.stop_once, marker))
+    monkeypatch.setattr(evaluation, "compute_packed", partial(at_work.stop_once, marker))
     with bp.design.workers(1) as executor:
-        results = list(_dispatch._computed(numbered, executor))
+        results = list(evaluation._computed(numbered, executor))
         assert executor.submit(os.getpid).result() != int(marker.read_text())
     assert sorted((int(chunk.cells[0]), int(ten[0])) for chunk, ten in results) == TENS
 
@@ -512,12 +512,12 @@ def test_a_lost_worker_is_replaced(numbered, tmp_path, monkeypatch):
 @pytest.fixture
 def breaking(numbered, monkeypatch):
     """Results of workers whose pools break once they were given so many."""
-    monkeypatch.setattr(_dispatch, "compute_packed", lambda number: np.array([10 * number]))
+    monkeypatch.setattr(evaluation, "compute_packed", lambda number: np.array([10 * number]))
 
     def results(count):
         monkeypatch.setattr(WorkerProcesses, "_new_pool", lambda self: Breaking(count))
         with bp.design.workers(1) as executor:
-            return list(_dispatch._computed(numbered, executor))
+            return list(evaluation._computed(numbered, executor))
 
     return results
 

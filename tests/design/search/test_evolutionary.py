@@ -9,7 +9,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import design, information
-from bayes_placement.design.running import _dispatch
+from bayes_placement.design.running import evaluation
 from bayes_placement.design.search import evolutionary
 from models import bar
 from tests.design import landscapes
@@ -134,7 +134,7 @@ def test_what_is_kept_is_not_computed_again_and_threads_find_the_same(tmp_path, 
     with ThreadPoolExecutor(2) as threads:
         threaded = two_places(executor=threads, search=SHORT)
     assert threaded.table.equals(first.table)
-    monkeypatch.setattr(_dispatch, "compute", None)
+    monkeypatch.setattr(evaluation, "compute", None)
     assert two_places(store=tmp_path, search=SHORT).table.equals(first.table)
 
 

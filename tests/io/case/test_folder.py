@@ -16,7 +16,7 @@ from numpyro.distributions import LogNormal, Normal, Uniform
 import bayes_placement as bp
 from bayes_placement.io import _limits, case
 from bayes_placement.io.case import folder
-from bayes_placement.io.case._known_fields import KNOWN
+from bayes_placement.io.case._json_fields import KNOWN
 
 LINES = np.linspace(20.0, 120.0, 6)
 MISSING = object()

@@ -5,7 +5,7 @@ import pytest
 from scipy import signal
 
 import bayes_placement as bp
-from bayes_placement.io.time_records import continuous, resolution
+from bayes_placement.io.time_records import continuous, estimation
 from tests.io.time_records.oscillator import DAMPING, MASS, NATURAL
 
 pytestmark = pytest.mark.filterwarnings(
@@ -169,12 +169,12 @@ def smoothed(window, width, natural=100.0):
 def test_what_a_window_takes_off_a_resonance_is_the_expectation(window, lines):
     samples = signal.get_window(window, 1024)
     exact, expected = smoothed(samples, lines)
-    lowered = resolution.bias(samples, RATE, lines)
+    lowered = estimation.peak_bias(samples, RATE, lines)
     assert lowered == pytest.approx(1 - expected / exact, abs=0.01)
 
 
 def test_what_hann_takes_off_a_wide_resonance_is_the_closed_form():
-    lowered = resolution.bias(signal.get_window("hann", 4096), 4096.0, 40.0)  # wide enough
+    lowered = estimation.peak_bias(signal.get_window("hann", 4096), 4096.0, 40.0)  # wide enough
     assert lowered == pytest.approx(4 / 3 / 40**2, rel=0.01)
 
 

@@ -8,8 +8,10 @@ from scipy.sparse import csc_array, diags_array, load_npz
 from bayes_placement.modes.finite_elements.matrices import Matrices
 from bayes_placement.modes.finite_elements.matrices import _eigenmodes as eigenmodes
 from bayes_placement.modes.finite_elements.matrices import _static_flexibility as statics
-from bayes_placement.modes.finite_elements.matrices._elimination_order import nested_dissection
-from bayes_placement.modes.finite_elements.matrices._symmetric_factor import factorised
+from bayes_placement.modes.finite_elements.matrices._symmetric_factor import (
+    factorised,
+    nested_dissection,
+)
 from tests.modes.finite_elements.dense_receptance import dense_receptance
 from tests.simulator.hermite_elements import AREA, BENDING, DENSITY, ELEMENTS, LENGTH, Elements
 from tests.small_models import Plate, free_beam, solid

@@ -17,7 +17,6 @@ from . import _dynamic_stiffness as dynamic_stiffness
 from . import _eigenmodes as eigenmodes
 from . import _matrix_checks as checks
 from ._affine import Affine
-from ._elimination_order import nested_dissection
 from ._reduced_basis import ReducedBasis, reduced_basis
 from ._static_flexibility import (
     StaticFlexibility,
@@ -25,6 +24,7 @@ from ._static_flexibility import (
     geometric_fields,
     static_flexibility,
 )
+from ._symmetric_factor import nested_dissection
 
 Sparse = Any
 """A SciPy sparse matrix or array of any format, or a dense array."""

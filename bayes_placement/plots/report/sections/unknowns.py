@@ -8,7 +8,7 @@ import pandas as pd
 
 from ....inference.summary import INTERVAL, summary
 from ..._colours import AFTER, FLOOR
-from ..._unknowns import ScaledUnknown, unknowns
+from ..._marginal_panels import ScaledUnknown, unknowns
 from .._saved import Saved
 from .._style import drawing, legend, panels
 from ..content import Item, Table, Text, rounded_summary
