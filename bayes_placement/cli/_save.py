@@ -16,7 +16,7 @@ from ..effects.library import kind_of
 from ..experiment.experiment import Experiment
 from ..io._modal_arrays import holds_modal_parameters
 from ..io.case._effects import candidate_place
-from ..io.case._files import write_completed
+from ..io.case._runs import write_completed
 from ._as_typed import effect_as_typed, imports_of
 
 if TYPE_CHECKING:

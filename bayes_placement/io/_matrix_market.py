@@ -13,8 +13,8 @@ import scipy.sparse
 from jaxtyping import Float
 
 from .._shared.errors import InputError
-from ._limits import most
-from ._sparse_archive import MOST_ROWS
+from ._gate import most
+from ._npz_archive import MOST_ROWS
 
 _LONGEST_HEAD = 100_000  # bytes of comments before the sizes
 _BANNER = "%%matrixmarket"

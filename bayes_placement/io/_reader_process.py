@@ -15,8 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._shared.errors import MissingExtraError
-from ._gate import UnreadableError
-from ._limits import seconds
+from ._gate import UnreadableError, seconds
 from ._npz_archive import NpzArchive
 
 SECONDS_OF_WAITING = 12.0

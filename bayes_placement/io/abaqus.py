@@ -14,7 +14,7 @@ from jaxtyping import Float
 from .._shared.errors import InputError
 from ._foreign_matrices import Rows, in_si, without_rows
 from ._gate import existing, path_of, reading
-from ._sparse_archive import MOST_ROWS
+from ._npz_archive import MOST_ROWS
 from .matrix_files import SystemMatrices
 
 _REMEDY = (

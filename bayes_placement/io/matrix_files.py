@@ -15,10 +15,10 @@ from .._shared.arguments import arguments_checked
 from .._shared.errors import InputError
 from .._shared.reprs import with_short_repr
 from . import _contents as content
-from . import _matrix_market, _sparse_archive, arrays
+from . import _matrix_market, arrays
 from ._contents import content_of
 from ._gate import check_plausible, existing, reading
-from ._npz_archive import NpzArchive
+from ._npz_archive import NpzArchive, sparse_matrix
 from .arrays._mat_gate import SPARSE
 
 _FORMS = "a sparse matrix (.npz by SciPy, .mtx, or .mat)"
@@ -160,7 +160,7 @@ def _read_matrix(path: Path, role: str) -> scipy.sparse.csc_array:
         if content_of(path) in _MATLAB:
             stored = _of_matlab(path, role)
         elif path.suffix == ".npz":
-            stored = _sparse_archive.matrix(NpzArchive(path, "a matrix"))
+            stored = sparse_matrix(NpzArchive(path, "a matrix"))
         else:
             stored = _matrix_market.matrix(path)
         matrix = scipy.sparse.csc_array(stored)

@@ -1,15 +1,17 @@
-"""Panels of measured outputs, of what models predict and of the errors between them."""
+"""Panels of what was measured and what models predict: outputs, errors, maps of these, modes."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.patches import Rectangle
 
-from .._shared.labels import AS_DRAWN
+from .._shared.labels import AS_DRAWN, FORCE_LEVEL
 from ._colours import AFTER, BEFORE, DATA, FLOOR, INK
-from ._figures import HALF_TURN, LOGARITHM, channels, in_decibels, phase_axis, unbroken
+from ._figures import HALF_TURN, LOGARITHM, channels, edges, in_decibels, phase_axis, unbroken
 
 DASHES = (0, (4, 2))
 """Style of the line of a model as drawn."""
@@ -131,3 +133,178 @@ def draw_phases(panel: Axes, channel: xr.Dataset) -> None:
 def unit_of_difference(unit: str) -> str:
     """A difference of logarithms is that of a ratio."""
     return "[dB]" if unit.startswith(LOGARITHM) else unit.rpartition(" ")[2]
+
+
+BANDS = 40
+"""Bands, at most, in which the residual is told."""
+
+FAINTEST, BRIGHTEST = 0.3, 10.0
+"""Least range of colours [noise deviations]."""
+
+ROW, MOST_NAMES = 0.13, 30
+"""Height of a channel pair [inch], and pairs whose names are written."""
+
+LETTERS = 7
+"""Size of its name [pt]."""
+
+LABEL = "residual / noise [1]"
+
+
+def in_bands(fit: xr.Dataset) -> xr.DataArray:
+    """Root mean square of the error over the noise by measured channel pair and band.
+
+    The `edges` of the bands [Hz] are its attribute.
+    """
+    dimensions = [word for word in ("sensor", "actuator", FORCE_LEVEL) if word in fit.dims]
+    flat = (fit["error"] / fit["noise"]).stack(channel=dimensions, create_index=False)
+    measured = flat.isel(channel=np.flatnonzero(flat.notnull().any("frequency")))
+    parts = np.array_split(np.arange(fit.sizes["frequency"]), min(BANDS, fit.sizes["frequency"]))
+    # Errors of complex outputs are of both parts, as the noise is.
+    squares = [(measured.isel(frequency=part) ** 2).mean("frequency") for part in parts]
+    bounds = edges(fit["frequency"].values)[[0, *(int(part[-1]) + 1 for part in parts)]]
+    sizes: xr.DataArray = xr.concat(squares, "band") ** 0.5
+    return sizes.transpose("channel", "band").assign_attrs(edges=bounds)
+
+
+def pair_names(channels: xr.DataArray) -> list[str]:
+    """Names of channel pairs, with their force level where there are several."""
+    levels = channels.coords.get(FORCE_LEVEL)
+    ends = [""] * channels.sizes["channel"] if levels is None else [f", {f:g} N" for f in levels]
+    pairs = zip(channels["sensor"].values, channels["actuator"].values, ends, strict=True)
+    return [f"{sensor}, {actuator}{end}" for sensor, actuator, end in pairs]
+
+
+def height_of(size: xr.DataArray) -> float:
+    """Height of a panel [inch]."""
+    return 0.7 + ROW * min(size.sizes["channel"], MOST_NAMES)
+
+
+def draw_maps(figure: Any, axes: np.ndarray, sizes: dict[str, xr.DataArray]) -> None:
+    """Draw a map for each model below the other, all in one scale of colours."""
+    greatest = max([BRIGHTEST, *(float(size.max()) for size in sizes.values())])
+    norm = LogNorm(FAINTEST, greatest, clip=True)
+    for panel, (name, size) in zip(axes.flat, sizes.items(), strict=True):
+        mesh = _draw(panel, size, norm)
+        panel.set_title(name)
+    axes.flat[-1].set_xlabel("frequency [Hz]")
+    figure.colorbar(mesh, ax=axes.ravel().tolist(), label=LABEL, fraction=0.05, pad=0.01)
+
+
+def _draw(panel: Axes, size: xr.DataArray, norm: LogNorm) -> Any:
+    names = pair_names(size)
+    rows = np.arange(len(names) + 1) - 0.5
+    mesh = panel.pcolormesh(size.attrs["edges"], rows, size.values, norm=norm, cmap="cividis")
+    mesh.set_rasterized(True)  # small in an SVG
+    step = -(-len(names) // MOST_NAMES)
+    panel.set_yticks(range(0, len(names), step), names[::step], fontsize=LETTERS)
+    panel.invert_yaxis()
+    return mesh
+
+
+DEVIATIONS = 1.96
+"""Standard deviations to either side of an interval that holds 95 %."""
+
+DODGE = 0.16
+"""Distance of the marks of two models of one mode."""
+
+MARKS = ("o", "s", "D", "^")
+
+PERCENT = 100.0
+
+FADED = 0.75
+"""Opacity of a square of a modal assurance criterion of 1, below the number on it."""
+
+
+class Colours(NamedTuple):
+    """Colours of what was measured and of the models, and of squares and the numbers on them."""
+
+    measured: str
+    models: Sequence[str]
+    square: str
+    ink: str
+
+
+def draw_frequencies(panel: Axes, fits: Mapping[str, xr.Dataset], colours: Colours) -> None:
+    """Draw natural frequencies of models over the measured ones, less 1, in %."""
+    first = next(iter(fits.values()))
+    measured = first["natural_frequency"].values
+    half = PERCENT * DEVIATIONS * first["natural_frequency_deviation"].values / measured
+    _draw_measured(panel, np.zeros(measured.size), half, colours)
+    for name, shift, style, fit in _models(fits, colours):
+        offset = PERCENT * (fit["natural_frequency_of_model"].values / measured - 1)
+        panel.plot(np.arange(measured.size) + shift, offset, label=name, **style)
+    panel.axhline(0.0, color=colours.ink, linewidth=0.5)
+    panel.set_ylabel("natural frequency,\nmodel less measured [%]")
+    _name_modes(panel, measured)
+
+
+def draw_damping(panel: Axes, fits: Mapping[str, xr.Dataset], colours: Colours) -> None:
+    """Draw damping ratios in %."""
+    first = next(iter(fits.values()))
+    measured = PERCENT * first["damping_ratio"].values
+    half = PERCENT * DEVIATIONS * first["damping_ratio_deviation"].values
+    _draw_measured(panel, measured, half, colours)
+    for name, shift, style, fit in _models(fits, colours):
+        ratio = PERCENT * fit["damping_ratio_of_model"].values
+        panel.plot(np.arange(measured.size) + shift, ratio, label=name, **style)
+    panel.set_ylabel("damping ratio [%]")
+    _name_modes(panel, first["natural_frequency"].values)
+
+
+def draw_assurance(panel: Axes, fit: xr.Dataset, colours: Colours) -> None:
+    """Draw the modal assurance criterion of each measured mode with modes of a model."""
+    criterion = fit["assurance"].values
+    for row, column in np.ndindex(criterion.shape):
+        value = float(criterion[row, column])
+        corner = column - 0.5, row - 0.5
+        square = Rectangle(corner, 1, 1, facecolor=colours.square, alpha=FADED * value)
+        panel.add_patch(square)
+        style: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 8}
+        panel.text(column, row, f"{value:.2f}".lstrip("0"), color=colours.ink, **style)
+    for row, number in enumerate(fit["number"].values):
+        corner = int(number) - 1.5, row - 0.5
+        panel.add_patch(Rectangle(corner, 1, 1, fill=False, edgecolor=colours.ink, linewidth=1.2))
+    rows, columns = criterion.shape
+    panel.set(xlim=(-0.5, columns - 0.5), ylim=(rows - 0.5, -0.5))
+    panel.set_xticks(range(columns), [str(number) for number in fit["mode_of_model"].values])
+    panel.set_yticks(range(rows), [str(number) for number in fit["mode"].values])
+    panel.set_xlabel("mode of the model")
+    panel.set_ylabel("measured mode")
+
+
+def has_damping(fits: Mapping[str, xr.Dataset]) -> bool:
+    """Whether a damping ratio was measured."""
+    first = next(iter(fits.values()))
+    return bool(np.isfinite(first["damping_ratio"].values).any())
+
+
+def with_shapes(fits: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:
+    """Those of the models whose shapes can be compared."""
+    return {name: fit for name, fit in fits.items() if "assurance" in fit}
+
+
+def _models(fits: Mapping[str, xr.Dataset], colours: Colours) -> Any:
+    """Name, shift to the side, style and modes of each model."""
+    middle = (len(fits) - 1) / 2
+    for number, (name, fit) in enumerate(fits.items()):
+        style: dict[str, Any] = {
+            "marker": MARKS[number % len(MARKS)],
+            "linestyle": "none",
+            "markersize": 5,
+            "color": colours.models[number % len(colours.models)],
+        }
+        yield name, DODGE * (number - middle), style, fit
+
+
+def _draw_measured(panel: Axes, values: Any, half: Any, colours: Colours) -> None:
+    """Draw what was measured with intervals of 95 %."""
+    style: dict[str, Any] = {"color": colours.measured, "linestyle": "none", "capsize": 4}
+    places = np.arange(len(values))
+    panel.errorbar(places, values, half, marker="_", label="measured, 95 %", **style)
+
+
+def _name_modes(panel: Axes, frequency: Any) -> None:
+    labels = [f"{number}\n{hertz:.4g}" for number, hertz in enumerate(frequency, 1)]
+    panel.set_xticks(range(len(labels)), labels)
+    panel.set_xlim(-0.5, len(labels) - 0.5)
+    panel.set_xlabel("measured mode, natural frequency [Hz]")

@@ -26,8 +26,8 @@ from ._figures import (
     pages_of,
     panels,
 )
+from ._fit_panels import draw_maps, height_of, in_bands
 from ._plain_figure import WIDTH
-from ._residual_panels import draw_maps, height_of, in_bands
 
 FIRST_PART, SECOND_PART = AFTER, BEFORE
 """Colours of the real and the imaginary part."""

@@ -10,7 +10,7 @@ from .._shared.arguments import arguments_checked
 from .._shared.errors import InputError
 from ._colours import AFTER, BEFORE, DATA, FIFTH, FOURTH, INK
 from ._figures import PAGE, Fits, fits_of, panels
-from ._mode_panels import (
+from ._fit_panels import (
     Colours,
     draw_assurance,
     draw_damping,

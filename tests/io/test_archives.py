@@ -17,7 +17,7 @@ import scipy.sparse
 from typer.testing import CliRunner
 
 from bayes_placement.cli.app import app
-from bayes_placement.io import _limits, matrix_files
+from bayes_placement.io import _gate, matrix_files
 from bayes_placement.io._npz_archive import NpzArchive
 
 FORMS = ("csr", "csc", "coo", "bsr", "dia")
@@ -256,7 +256,7 @@ def test_files_of_matrix_market_come_back(tmp_path, symmetry, kind, number):
 
 
 def test_a_packed_file_that_unpacks_without_end_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setitem(_limits.LIMITS, "bytes", 1000)
+    monkeypatch.setitem(_gate.LIMITS, "bytes", 1000)
     path = tmp_path / "K.mtx.gz"
     scipy.io.mmwrite(tmp_path / "K.mtx", scipy.sparse.eye_array(200))
     path.write_bytes(gzip.compress((tmp_path / "K.mtx").read_bytes()))

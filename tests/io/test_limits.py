@@ -18,7 +18,7 @@ import scipy.io
 
 import bayes_placement as bp
 from bayes_placement._shared.errors import InputError, UsageError
-from bayes_placement.io import _limits, arrays
+from bayes_placement.io import _gate, arrays
 from bayes_placement.io._gate import reading
 from bayes_placement.io.arrays import workbook
 from bayes_placement.io.arrays.text import LONGEST_NAME
@@ -32,15 +32,15 @@ def zeros(path, count):
 
 
 def test_an_archive_of_zeros_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setitem(_limits.LIMITS, "unpacked bytes of a NumPy archive", 10_000)
+    monkeypatch.setitem(_gate.LIMITS, "unpacked bytes of a NumPy archive", 10_000)
     zeros(tmp_path / "a.npz", 20_000)
     words = r"it has 20000 unpacked bytes of a NumPy archive or more; at most 10000 are read"
     with pytest.raises(InputError, match=words):
         arrays.load(tmp_path / "a.npz")
-    monkeypatch.setenv(_limits.VARIABLE, "2")
+    monkeypatch.setenv(_gate.VARIABLE, "2")
     with pytest.raises(InputError, match="array frf"):  # which holds no array
         arrays.load(tmp_path / "a.npz")
-    monkeypatch.setenv(_limits.VARIABLE, "many")
+    monkeypatch.setenv(_gate.VARIABLE, "many")
     with pytest.raises(UsageError, match="=many stands in the environment; a whole number"):
         arrays.load(tmp_path / "a.npz")
 
@@ -56,18 +56,18 @@ def write_mat(path):
 
 @pytest.mark.parametrize(("of", "write"), [("an HDF5", write_hdf5), ("a MATLAB", write_mat)])
 def test_files_that_unpack_to_much_are_refused(tmp_path, monkeypatch, of, write):
-    monkeypatch.setitem(_limits.LIMITS, f"unpacked bytes of {of} file", 1_000_000)
+    monkeypatch.setitem(_gate.LIMITS, f"unpacked bytes of {of} file", 1_000_000)
     write(tmp_path / "a.dat")
     words = rf"a.dat.* it has 1[06].{{5}} unpacked bytes of {of} file or more; at most 1000000"
     with pytest.raises(InputError, match=words):
         arrays.load(tmp_path / "a.dat")
-    monkeypatch.setenv(_limits.VARIABLE, "2")
+    monkeypatch.setenv(_gate.VARIABLE, "2")
     assert arrays.load(tmp_path / "a.dat").arrays["H"].size == 200_000
 
 
 @pytest.mark.parametrize("separator", [",", " "])
 def test_cells_are_counted_before_they_are_made(tmp_path, monkeypatch, separator):
-    monkeypatch.setitem(_limits.LIMITS, "cells of text", 10)
+    monkeypatch.setitem(_gate.LIMITS, "cells of text", 10)
     (tmp_path / "a.csv").write_text(separator.join(["1"] * 100))
     with pytest.raises(InputError, match=r"it has (99|100) cells of text or more; at most 10"):
         arrays.load(tmp_path / "a.csv")
@@ -81,7 +81,7 @@ def test_rows_and_cells_of_a_workbook_are_counted(tmp_path, monkeypatch, what):
     for _ in range(20):
         book.active.append([1.0, 2.0])
     book.save(tmp_path / "a.xlsx")
-    monkeypatch.setitem(_limits.LIMITS, f"{what} of a workbook", 10)
+    monkeypatch.setitem(_gate.LIMITS, f"{what} of a workbook", 10)
     with pytest.raises(InputError, match=rf"it has 1[12] {what} of a workbook or more"):
         arrays.load(tmp_path / "a.xlsx")
 
@@ -110,7 +110,7 @@ def test_a_long_cell_is_a_sentence(tmp_path):
 
 
 def test_an_object_of_many_fields_is_read_in_a_moment(tmp_path, monkeypatch):
-    monkeypatch.setattr(_limits, "SECONDS", 1.0)
+    monkeypatch.setattr(_gate, "SECONDS", 1.0)
     fields = ",".join(f'"a{number}":1' for number in range(70_000))
     (tmp_path / "case.json").write_text(f"{{{fields}}}")
     assert len(load(tmp_path / "case.json").content) == 70_000
@@ -232,8 +232,8 @@ def for_ever(path):
 
 def test_what_computes_for_ever_is_given_up(tmp_path, monkeypatch):
     (tmp_path / "a.csv").write_bytes(bytes(50_000))
-    monkeypatch.setattr(_limits, "SECONDS", 0.1)
-    monkeypatch.setenv(_limits.VARIABLE, "2")
+    monkeypatch.setattr(_gate, "SECONDS", 0.1)
+    monkeypatch.setenv(_gate.VARIABLE, "2")
     start = time.process_time()
     with pytest.raises(
         InputError, match=r"a.csv cannot be read .*\(it did not end within 0\.4 s of"
@@ -247,7 +247,7 @@ def test_what_computes_for_ever_is_given_up(tmp_path, monkeypatch):
 def test_a_file_that_another_names_has_a_time_of_its_own(tmp_path, monkeypatch):
     (tmp_path / "small").touch()
     (tmp_path / "large").write_bytes(bytes(250_000))
-    monkeypatch.setattr(_limits, "SECONDS", 0.1)
+    monkeypatch.setattr(_gate, "SECONDS", 0.1)
     with pytest.raises(InputError, match=r"small .* 0\.1 s"), reading(tmp_path / "small", "", ""):
         with pytest.raises(InputError, match=r"large .* 0\.6 s"):
             for_ever(tmp_path / "large")

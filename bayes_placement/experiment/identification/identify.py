@@ -13,8 +13,7 @@ from ..line_choice import peaks_at_ends
 from ..measurement import Measurement
 from ..modal_parameters import DAMPING, FREQUENCY, SHAPE, ModalParameters
 from .band import ROUNDING, Band, PoleFit
-from .groups import PeakGroup, best_fit, groups_of, poles_of
-from .mode import IdentifiedMode, identified_mode
+from .mode import IdentifiedMode, PeakGroup, best_fit, groups_of, identified_mode, poles_of
 
 GROWS = 3.0
 """Standard deviations by which a pole grows that is none of a passive structure."""

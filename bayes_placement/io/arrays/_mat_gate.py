@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._shared.errors import InputError
-from .._limits import check_limit, most
+from .._gate import check_limit, most
 
 UNPACKED = "unpacked bytes of a MATLAB file"
 HEADER_BYTES = 128

@@ -7,8 +7,7 @@ from pathlib import Path
 from ..._shared.arguments import arguments_checked
 from ..._shared.errors import InputError
 from .. import _contents, _reader_process
-from .._gate import existing, reading
-from .._limits import check_limit, most
+from .._gate import check_limit, existing, most, reading
 from .._npz_archive import NpzArchive, array_in
 from . import _mat_gate, text, text_blocks, workbook
 from .named_arrays import NUMBERS, TEXTS, NamedArrays, flattened

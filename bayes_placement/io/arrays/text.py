@@ -14,8 +14,7 @@ from ..._shared.errors import InputError
 from ...experiment._measurement_words import counted
 from .._contents import decoded
 from .._frf_units import is_unit
-from .._gate import existing, reading
-from .._limits import check_limit, most
+from .._gate import check_limit, existing, most, reading
 from .named_arrays import NamedArrays
 
 FORM = "columns of text"

@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..._shared.errors import InputError
-from .._gate import existing, reading
-from .._limits import check_limit
+from .._gate import check_limit, existing, reading
 from .named_arrays import NamedArrays
 from .text import is_number, of_rows
 

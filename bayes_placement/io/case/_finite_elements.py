@@ -18,8 +18,8 @@ from ...modes.finite_elements.soft_supports import SupportMotion
 from ...positions.names import LONGEST, is_printable
 from ...positions.tolerances import Box, Member, Tolerance
 from .. import matrix_files, npz_modes
-from ._files import inside
 from ._json_fields import CaseError, FieldRule, JsonObject, choice, load, numbers, positive
+from ._runs import inside
 
 _FILES = ("nominal.npz", "K.npz", "M.npz")
 """Files of every model."""

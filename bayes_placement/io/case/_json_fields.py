@@ -1,4 +1,4 @@
-"""Fields of a JSON file, each checked against a rule, with errors that name file and field."""
+"""Fields of `case.json`: known ones alone, each by a rule; errors name file and field."""
 
 import difflib
 import json

@@ -15,8 +15,9 @@ from ..._shared.ranges import POSITIVE
 from ..._shared.scalars import check_scalar
 from ..._shared.sites import check_numbers, is_open, is_unknown, unit
 from ..modes import AxisShapes, Coordinates
-from . import _beam_roots
-from .waveguide import Waveguide, cosine_and_sine
+from . import _beam_statics
+from .waveguide import Waveguide
+from .waves import cosine_and_sine
 
 _SYNONYMS = {"clamped": "fixed", "supported": "pinned"}
 
@@ -235,7 +236,7 @@ def beam(
     _check_section(section)
     _check(modes, length=length, area=area, **section, **material)
     left, right = _ends(ends)
-    rigid = _beam_roots.rigid_shapes(left, right)[:modes]
+    rigid = _beam_statics.rigid_shapes(left, right)[:modes]
     roots, elastic = _elastic(left, right, modes - len(rigid))
     return UniformBeam(
         length=length,
@@ -276,8 +277,8 @@ def _terms(x: Any, b: Any, derivative: int, library: Any = jnp) -> Any:
 @functools.cache
 def _elastic(left: str, right: str, count: int) -> tuple[tuple[float, ...], Any]:
     """Wave numbers and shape coefficients of the first elastic modes, in unit length and mass."""
-    roots = _beam_roots.elastic_roots(left, right, count)
-    shapes = [_beam_roots.elastic_shape(left, right, root) for root in roots]
+    roots = _beam_statics.elastic_roots(left, right, count)
+    shapes = [_beam_statics.elastic_shape(left, right, root) for root in roots]
     return tuple(roots.tolist()), tuple(tuple(shape.tolist()) for shape in shapes)
 
 

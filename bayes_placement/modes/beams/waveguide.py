@@ -1,14 +1,9 @@
 """A waveguide, a uniform bar or beam, and its static response: each shape is a polynomial."""
 
 import abc
-import math
-from collections.abc import Iterator
-from contextlib import contextmanager
-from contextvars import ContextVar
 from typing import Any
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -19,62 +14,6 @@ from ..._shared.ranges import POSITIVE
 from ..._shared.sites import is_unknown, unit
 from ..modes import Coordinates, Flexibility, Modes, Orders
 from . import _beam_statics
-
-Phase = Float[Array, "*phase"]
-
-_HIGH, _LOW = float.fromhex("0x1.921fb544p+0"), float.fromhex("0x1.0b4611a626331p-34")
-"""A quarter of a period in two parts: small multiples of the first one are exact."""
-
-_TERMS = [(-1) ** (order // 2) / math.factorial(order) for order in range(18)]
-"""Taylor's series of both. What is left of it within an eighth of a period is below 1e-17."""
-
-_MANY: ContextVar[bool] = ContextVar("many_phases", default=False)
-
-
-@contextmanager
-def many_phases() -> Iterator[None]:
-    """Let what is traced meanwhile compute cosines and sines of many phases at once."""
-    token = _MANY.set(True)
-    try:
-        yield
-    finally:
-        _MANY.reset(token)
-
-
-def cosine_and_sine(phase: Phase) -> tuple[Phase, Phase]:
-    """Cosine and sine of a phase [rad]."""
-    return _by_polynomials(phase) if _MANY.get() else (jnp.cos(phase), jnp.sin(phase))
-
-
-@jax.custom_jvp
-def _by_polynomials(phase: Phase) -> tuple[Phase, Phase]:
-    """Both within 3e-16, for up to thousands of periods."""
-    quarters = jnp.round(phase / (math.pi / 2))
-    rest = (phase - quarters * _HIGH) - quarters * _LOW
-    even = _polynomial(_TERMS[0::2], rest**2)
-    odd = rest * _polynomial(_TERMS[1::2], rest**2)
-    turned = quarters - 4 * jnp.floor(quarters / 4)  # 0, 1, 2 or 3
-    is_odd = (turned == 1) | (turned == 3)
-    cosine, sine = jnp.where(is_odd, odd, even), jnp.where(is_odd, even, odd)
-    return (
-        jnp.where((turned == 1) | (turned == 2), -cosine, cosine),
-        jnp.where(turned >= 2, -sine, sine),
-    )
-
-
-@_by_polynomials.defjvp
-def _slopes(primals: Any, tangents: Any) -> Any:
-    (change,) = tangents
-    cosine, sine = _by_polynomials(*primals)
-    return (cosine, sine), (-sine * change, cosine * change)
-
-
-def _polynomial(terms: list[float], x: Any) -> Any:
-    total = jnp.full_like(x, terms[-1])
-    for term in reversed(terms[:-1]):
-        total = total * x + term
-    return total
-
 
 Position = Float[Array, ""] | float | int
 

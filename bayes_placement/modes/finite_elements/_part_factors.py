@@ -1,18 +1,20 @@
-"""Ranges of the factors of parts of the matrices, from parameters and powers of them."""
+"""Parts of the matrices: ranges of their factors, and their matrices over the modes."""
 
 from collections.abc import Collection, Mapping
 from typing import TypeAlias
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import Distribution
 
-from ..._shared.compiled import compiled
+from ..._shared.compiled import compiled, of_jax
 from ..._shared.dimensions import Parameter
 from ..._shared.errors import InputError
 from ..._shared.sites import is_unknown
+from ...positions.names import printable_name
 
 TAIL = 1e-4
 """Probability on either side of the range of a distribution."""
@@ -104,3 +106,27 @@ def _checked(name: str, limits: Range) -> Range:
 
 def _quoted(names: Collection[str]) -> str:
     return ", ".join(f'"{name}"' for name in names) or "none"
+
+
+class NamedMatrices(eqx.Module):
+    """Matrices over the modes, each named after a part of the structure."""
+
+    matrices: Float[Array, "part mode mode"]
+    names: tuple[str, ...] = eqx.field(static=True)
+
+    def __repr__(self) -> str:
+        return ", ".join(self.names) or "none"
+
+    @classmethod
+    def of(cls, parts: Mapping[str, np.ndarray], count: int) -> "NamedMatrices":
+        """Stack matrices over `count` modes by name; there may be none."""
+        for name, part in parts.items():
+            printable_name("A part of the name", name)
+            if np.shape(part) != (count, count):
+                raise InputError(
+                    f'The part "{name}" has the shape {np.shape(part)}; a matrix of {count} rows '
+                    "and columns is needed, one for each mode, since it is over the modes: "
+                    "shape.T @ part @ shape."
+                )
+        stacked = np.stack(list(parts.values())) if parts else np.zeros((0, count, count))
+        return cls(of_jax(stacked), tuple(parts))

@@ -13,7 +13,7 @@ from ..._shared.dimensions import Parameter
 from ..._shared.sites import unit
 from ..changed import ChangedModes, changed
 from ..modes import Modes
-from .named_matrices import NamedMatrices
+from ._part_factors import NamedMatrices
 from .nodal_modes import DerivedNodalModes, NodalModes
 
 Point = Float[Array, "3"]

@@ -18,14 +18,13 @@ from ...positions.names import checked_name
 from ...positions.tolerances import Tolerance
 from ...positions.vectors import CartesianComponents, triple
 from . import _part_factors
-from ._part_factors import Powers, Range
+from ._part_factors import NamedMatrices, Powers, Range
 from .affine_modes import AffineModes
 from .cell_masses import cell_masses
 from .interpolation import Interpolation
 from .matrices import Affine, Matrices, ReducedBasis, Sparse
 from .matrices._matrix_checks import sparse
 from .modal_model import ModalModel
-from .named_matrices import NamedMatrices
 from .nodal_modes import NodalModes, modes_from_shapes
 from .soft_supports import SupportMotion
 from .static_shapes import static_shapes

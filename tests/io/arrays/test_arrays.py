@@ -14,7 +14,7 @@ import pytest
 import scipy.io
 import scipy.io.matlab
 
-from bayes_placement.io import _limits, arrays
+from bayes_placement.io import _gate, arrays
 from bayes_placement.io.arrays import loaders
 
 OF_MATLAB = Path(scipy.io.matlab.__file__).parent / "tests/data"
@@ -260,7 +260,7 @@ def test_wrong_columns_are_refused(tmp_path, content, reason):
 
 
 def test_too_much_text_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setitem(_limits.LIMITS, "bytes of text", 10)
+    monkeypatch.setitem(_gate.LIMITS, "bytes of text", 10)
     (tmp_path / "a.csv").write_text("f,H\n1,2\n3,4\n")
     with pytest.raises(ValueError, match=r"a\.csv.* it has 12 bytes of text or more; at most 10"):
         arrays.load(tmp_path / "a.csv")
@@ -369,7 +369,7 @@ def test_pickles_are_never_loaded(tmp_path):
 
 
 def test_a_matlab_file_of_very_many_elements_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setitem(_limits.LIMITS, "elements of a MATLAB file", 50)
+    monkeypatch.setitem(_gate.LIMITS, "elements of a MATLAB file", 50)
     scipy.io.savemat(tmp_path / "a.mat", {"cells": np.array(["x"] * 30, dtype=object)})
     with pytest.raises(ValueError, match=r"a\.mat.* has 51 elements of a MATLAB file"):
         arrays.load(tmp_path / "a.mat")

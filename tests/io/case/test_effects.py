@@ -9,7 +9,7 @@ import pytest
 import bayes_placement as bp
 from bayes_placement.io import case
 from bayes_placement.io.case._effects import _content, candidate_place, stated_effects
-from bayes_placement.io.case._files import write_completed
+from bayes_placement.io.case._runs import write_completed
 from tests import public_calls
 from tests.io.case.test_folder import changed, written
 

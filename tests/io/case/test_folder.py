@@ -14,7 +14,7 @@ import pytest
 from numpyro.distributions import LogNormal, Normal, Uniform
 
 import bayes_placement as bp
-from bayes_placement.io import _limits, case
+from bayes_placement.io import _gate, case
 from bayes_placement.io.case import folder
 from bayes_placement.io.case._json_fields import KNOWN
 
@@ -150,12 +150,12 @@ def test_modes_that_take_longer_than_reading_are_waited_for(tmp_path, monkeypatc
     given, make = written(tmp_path), folder.nominal_structure
 
     def made_slowly(content):
-        until = time.process_time() + 2 * _limits.SECONDS
+        until = time.process_time() + 2 * _gate.SECONDS
         while time.process_time() < until:
             pass
         return make(content)
 
-    monkeypatch.setattr(_limits, "SECONDS", 0.5)
+    monkeypatch.setattr(_gate, "SECONDS", 0.5)
     monkeypatch.setattr(folder, "nominal_structure", made_slowly)
     case.read(given)
 

@@ -13,9 +13,9 @@ from scipy.sparse import csc_array
 from ...._shared.arguments import arguments_checked
 from ...._shared.reprs import noun_html
 from ..modal_model import ModalModel
-from . import _dynamic_stiffness as dynamic_stiffness
 from . import _eigenmodes as eigenmodes
 from . import _matrix_checks as checks
+from . import _static_flexibility as direct
 from ._affine import Affine
 from ._reduced_basis import ReducedBasis, reduced_basis
 from ._static_flexibility import (
@@ -251,10 +251,8 @@ class Matrices:
         size = len(self.dof)
         shape = np.zeros((size, 0)) if modes is None else modes.shape
         natural = np.zeros(0) if modes is None else 2 * np.pi * modes.natural_frequency
-        damping = dynamic_stiffness.ModalDamping(
-            (self.mass @ shape)[self._order], 2 * natural * damping_ratio
-        )
-        return dynamic_stiffness.receptance(
+        damping = direct.ModalDamping((self.mass @ shape)[self._order], 2 * natural * damping_ratio)
+        return direct.receptance(
             self.flexibility.stiffness * (1 + 1j * loss_factor),
             self.flexibility.mass,
             damping,

@@ -6,7 +6,7 @@ import pandas as pd
 import xarray as xr
 
 from ..._colours import AFTER, BEFORE, DATA, INK
-from ..._mode_panels import (
+from ..._fit_panels import (
     Colours,
     draw_assurance,
     draw_damping,
