@@ -58,12 +58,12 @@ def _fields(made: Any) -> Mapping[str, str] | None:
     return known if len(known) == len(texts) else None
 
 
-def _is_default(field: "dataclasses.Field[Any]", value: Any) -> bool:
+def _is_default(field: "dataclasses.Field[Any]", value: object) -> bool:
     plain = value is None or isinstance(value, str | int | float | tuple)
     return plain and bool(value == field.default)
 
 
-def as_typed(value: Any) -> str | None:
+def as_typed(value: object) -> str | None:
     """Return a value as text that makes it again; None where there is none."""
     if value is None or isinstance(value, bool | int | str):
         return repr(value)

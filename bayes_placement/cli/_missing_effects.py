@@ -107,7 +107,7 @@ class Request:
         command: str,
         function: Callable[..., Result],
         inputs: Inputs,
-        measured: Any,
+        measured: object,
         **settings: Any,
     ) -> Result:
         """Return what a function finds in what was measured; its progress is shown."""

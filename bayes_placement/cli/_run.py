@@ -138,7 +138,7 @@ class Run:
         self.unfinished.append(partial(self._note_when, written, name))
 
     def finish(
-        self, screen: Screen, verdict: str, result: Mapping[str, Any], *, passed: bool = True
+        self, screen: Screen, verdict: str, result: Mapping[str, object], *, passed: bool = True
     ) -> int:
         """Note that the run is complete, and say where its results are in the last line.
 
@@ -234,7 +234,7 @@ class Output(NamedTuple):
         return Run(command, folder, folder, shared, self.fits, record, self.report)
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> Any:
     """Write an option as JSON can hold it."""
     if isinstance(value, Path):
         return str(value)

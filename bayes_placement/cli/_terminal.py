@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console, JustifyMethod, RenderableType
@@ -82,7 +82,7 @@ class Screen(NamedTuple):
         if not self.as_json:
             print_text(self.console, text, style)
 
-    def json(self, content: Mapping[str, Any]) -> None:
+    def json(self, content: Mapping[str, object]) -> None:
         """Print an object of JSON, where that is asked for."""
         if self.as_json:
             print_answer(json.dumps(content, indent=1, allow_nan=False))

@@ -31,7 +31,9 @@ SHOWN = 5
 """Names that a message lists."""
 
 
-def kinds(structure: Any, sensors: Any, actuators: Any, observe: Any, noise: Any) -> None:
+def kinds(
+    structure: object, sensors: object, actuators: object, observe: object, noise: object
+) -> None:
     """Refuse arguments of an experiment of another kind."""
     check_kind(
         "structure",
@@ -85,7 +87,7 @@ def _check_transducers(
         check_kind(f"an entry of {argument}", transducer, kind, needed, instead)
 
 
-def lines(frequency: Any) -> Any:
+def lines(frequency: object) -> Any:
     """Return lines [Hz] as an array."""
     if isinstance(frequency, jax.core.Tracer):
         return frequency
@@ -114,7 +116,7 @@ def lines(frequency: Any) -> Any:
     return array
 
 
-def static_line(frequency: Any, modes: Modes) -> None:
+def static_line(frequency: object, modes: Modes) -> None:
     """Refuse 0 Hz for a structure that moves as a rigid body."""
     if isinstance(frequency, jax.core.Tracer) or modes.rigid_body_modes == 0:
         return
@@ -126,7 +128,7 @@ def static_line(frequency: Any, modes: Modes) -> None:
         )
 
 
-def lines_of_structure(structure: Structure, frequency: Any, observe: Observation) -> None:
+def lines_of_structure(structure: Structure, frequency: object, observe: Observation) -> None:
     """Refuse lines at which a structure has no response, or a law that is a table no value."""
     static_line(frequency, structure.modes)
     for table in tables_in(structure.effects):
@@ -174,7 +176,7 @@ def mounting(word: str, observe: Observation) -> str:
     return "fixed" if observe.is_modal else word
 
 
-def no_data_without_noise(data: Any) -> None:
+def no_data_without_noise(data: object) -> None:
     """Refuse data for an experiment without noise."""
     if data is not None:
         raise InputError(
@@ -184,7 +186,7 @@ def no_data_without_noise(data: Any) -> None:
         )
 
 
-def least_transducers(observe: Observation, actuators: Any, noise: Any, levels: Any) -> int:
+def least_transducers(observe: Observation, actuators: Any, noise: Any, levels: object) -> int:
     """Return the least number of transducers of a side: none where modes are observed."""
     if not observe.is_modal:
         return 1
@@ -204,7 +206,7 @@ def least_transducers(observe: Observation, actuators: Any, noise: Any, levels: 
     return 0
 
 
-def seen(effect: Any, observe: Observation) -> None:
+def seen(effect: object, observe: Observation) -> None:
     """Refuse an effect that modal parameters do not show."""
     if observe.is_modal and isinstance(effect, Effect) and not effect.changes_modes:
         raise InputError(

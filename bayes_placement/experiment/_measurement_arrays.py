@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from .measurement import Measurement
 
 
-def frozen(values: Any, dtype: type) -> np.ndarray:
+def frozen(values: object, dtype: type) -> np.ndarray:
     """Return a copy that cannot be written to."""
     array: np.ndarray = np.array(values, dtype=dtype)
     if dtype is complex:
@@ -24,7 +24,7 @@ def frozen(values: Any, dtype: type) -> np.ndarray:
     return array
 
 
-def as_pairs(values: Any, single: bool) -> np.ndarray:
+def as_pairs(values: object, single: bool) -> np.ndarray:
     """Return an array (sensor, actuator, frequency), also of the lines of a single pair."""
     array = np.asarray(values)
     return array[None, None] if single and array.ndim == 1 else array

@@ -1,7 +1,6 @@
 """Checks of measured modal parameters: layout, ranges, deviations."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -16,7 +15,7 @@ ROUNDING = 1e-9
 """Share of the greatest eigenvalue by which a covariance may be asymmetric, or below zero."""
 
 
-def _numbers(argument: str, values: Any, kinds: str = "iuf") -> np.ndarray:
+def _numbers(argument: str, values: object, kinds: str = "iuf") -> np.ndarray:
     try:
         array = np.asarray(values)
     except ValueError:  # rows of different lengths
@@ -35,7 +34,7 @@ def _numbers(argument: str, values: Any, kinds: str = "iuf") -> np.ndarray:
     return array.astype(complex if array.dtype.kind == "c" else float)
 
 
-def frequency(values: Any) -> np.ndarray:
+def frequency(values: object) -> np.ndarray:
     """Return natural frequencies [Hz]."""
     array = _numbers("natural_frequency", values)
     if array.ndim != 1 or array.size == 0 or not np.all(np.isfinite(array) & (array > 0)):
@@ -53,7 +52,7 @@ def frequency(values: Any) -> np.ndarray:
     return array
 
 
-def array(argument: str, values: Any, shape: tuple[int, ...]) -> np.ndarray:
+def array(argument: str, values: object, shape: tuple[int, ...]) -> np.ndarray:
     """Return an array of this shape; NaN everywhere for None."""
     if values is None:
         return np.full(shape, np.nan)
@@ -73,7 +72,7 @@ def array(argument: str, values: Any, shape: tuple[int, ...]) -> np.ndarray:
     return numbers
 
 
-def has_sensors(shape: Any, channels: Sequence[Channel]) -> None:
+def has_sensors(shape: object, channels: Sequence[Channel]) -> None:
     """Refuse shapes without channels, and channels without shapes."""
     if (shape is None) == bool(channels):
         mismatch = "no shape, but sensors" if shape is None else "a shape, but no sensors"
@@ -83,7 +82,7 @@ def has_sensors(shape: Any, channels: Sequence[Channel]) -> None:
         )
 
 
-def agree(covariance: Any, deviation: np.ndarray) -> None:
+def agree(covariance: object, deviation: np.ndarray) -> None:
     """Refuse a covariance together with deviations that differ from its diagonal."""
     matrices = _numbers("covariance", covariance)
     stated = np.isfinite(deviation)
@@ -99,7 +98,7 @@ def agree(covariance: Any, deviation: np.ndarray) -> None:
         )
 
 
-def covariance(matrices: Any, values: np.ndarray, labels: Sequence[str]) -> np.ndarray:
+def covariance(matrices: object, values: np.ndarray, labels: Sequence[str]) -> np.ndarray:
     """Return covariance matrices [mode, row, row], the identity's rows where nothing is known."""
     numbers = _numbers("covariance", matrices)
     rows, modes = values.shape
@@ -132,7 +131,7 @@ def covariance(matrices: Any, values: np.ndarray, labels: Sequence[str]) -> np.n
     return complete
 
 
-def correlation(matrix: Any, covariance: np.ndarray) -> np.ndarray:
+def correlation(matrix: object, covariance: np.ndarray) -> np.ndarray:
     """Return the correlation of natural frequencies between modes; the identity for None.
 
     Others are refused, and where a mode is correlated with its other rows too.
@@ -159,7 +158,7 @@ def correlation(matrix: Any, covariance: np.ndarray) -> np.ndarray:
     return numbers
 
 
-def repeats(argument: str, values: Any, shape: tuple[int, ...] | None) -> np.ndarray:
+def repeats(argument: str, values: object, shape: tuple[int, ...] | None) -> np.ndarray:
     """Return finite repeats (repeat, mode), of a shape if given; at least two more than modes."""
     array = _numbers(argument, values)
     wrong = array.ndim != 2 or array.shape != (shape or array.shape)
@@ -189,7 +188,7 @@ def damping(ratio: np.ndarray) -> None:
         )
 
 
-def number(numbers: Any, count: int) -> tuple[int, ...] | None:
+def number(numbers: object, count: int) -> tuple[int, ...] | None:
     """Return the numbers of the modes; None where they are not known."""
     if numbers is None:
         return None
@@ -218,7 +217,7 @@ def places(chosen: Sequence[int], count: int) -> np.ndarray:
     return np.unique(indices.astype(int))
 
 
-def real_part(shape: Any) -> np.ndarray:
+def real_part(shape: object) -> np.ndarray:
     """Return the real part of shapes (channel, mode), each turned until most of it is real."""
     turned = _numbers("shape", shape, "iufc").astype(complex)
     if turned.ndim != 2:

@@ -1,7 +1,5 @@
 """Numbers of an output error: positive, not negative, positive definite."""
 
-from typing import Any
-
 import numpy as np
 from jaxtyping import Array, Float
 
@@ -40,7 +38,7 @@ def positive(call: str, word: str, value: Parameter) -> Parameter:
     return value
 
 
-def _check_numbers(call: str, word: str, value: Any) -> None:
+def _check_numbers(call: str, word: str, value: object) -> None:
     if np.asarray(value).dtype.kind not in "iuf":
         raise InputError(
             f"{call} was given {shown(value)}; numbers or a distribution are needed, as the "

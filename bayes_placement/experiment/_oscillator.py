@@ -107,7 +107,7 @@ class Oscillator(NamedTuple):
         """
         start = jax.lax.stop_gradient((omega, vector))
 
-        def undamped(at: Any) -> tuple[Matrix, Matrix]:
+        def undamped(at: object) -> tuple[Matrix, Matrix]:
             value, slope = jax.jvp(lambda x: jnp.real(self.matrix(x)), (at,), (1.0,))
             return jax.lax.stop_gradient((value, slope))
 
@@ -171,7 +171,7 @@ class Oscillator(NamedTuple):
     def _expansion(self, omega: Float[Array, ""]) -> tuple[Matrix, Matrix, Matrix]:
         """Matrix at an angular frequency, its derivative and its second derivative."""
 
-        def first(at: Any) -> tuple[Matrix, Matrix]:
+        def first(at: object) -> tuple[Matrix, Matrix]:
             pair: tuple[Matrix, Matrix] = jax.jvp(self.matrix, (at,), (1.0,))
             return pair
 
@@ -201,11 +201,11 @@ def _about(
 
 
 def _repeated(
-    matrix: Callable[[Any], tuple[Matrix, Matrix]], start: Any, normal: Any, steps: int
+    matrix: Callable[[Any], tuple[Matrix, Matrix]], start: object, normal: Any, steps: int
 ) -> tuple[Any, Any]:
     """Some of Newton's steps, compiled once."""
 
-    def step(_: Any, guess: Any) -> tuple[Any, Any]:
+    def step(_: object, guess: Any) -> tuple[Any, Any]:
         omega, vector = guess
         return _newton(matrix, omega, vector, normal)
 

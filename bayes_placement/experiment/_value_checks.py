@@ -28,7 +28,7 @@ from ..positions.bounds import Bounds
 _DRAWS = 16
 
 
-def check_values(tree: Any) -> None:
+def check_values(tree: object) -> None:
     """Refuse numbers that are not finite or cannot be, and priors without a finite density."""
     for leaf in leaves_with_unit(tree):
         value = leaf.value
@@ -62,13 +62,13 @@ def fixed(tree: Any, values: Any) -> Any:
     return substituted
 
 
-def _check_position(unknown: Unknown, value: Any, bounds: Bounds) -> None:
+def _check_position(unknown: Unknown, value: object, bounds: Bounds) -> None:
     """Refuse a position off the structure, once it is known how long that is."""
     if not any(isinstance(bound, jax.core.Tracer) for bound in bounds):
         position_on(value, bounds, f'{unknown.owner.kind.capitalize()} "{unknown.owner.name}"')
 
 
-def _check_number(leaf: Leaf, value: Any) -> None:
+def _check_number(leaf: Leaf, value: object) -> None:
     numbers = np.asarray(value)
     if numbers.dtype.kind not in "iuf":
         raise InputError(
@@ -133,7 +133,7 @@ def _has_density(prior: Distribution) -> bool:
         return False
 
 
-def _keeps_density(transform: Any) -> bool:
+def _keeps_density(transform: object) -> bool:
     """Whether a transform is finite and leaves a width; one without numbers does."""
     if not isinstance(transform, AffineTransform):
         return True

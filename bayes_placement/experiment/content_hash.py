@@ -22,7 +22,7 @@ VERSIONED = ("bayes_placement", "numpyro", "jax", "numpy", "builtins")
 """Packages whose code is identified by their version and not by its text."""
 
 
-def content_hash(*values: Any) -> str:
+def content_hash(*values: object) -> str:
     """SHA-256 of numbers, strings, distributions and modules, with all of their content."""
     digest = _Digest()
     _ContentPickler(digest).dump(values)
@@ -48,7 +48,7 @@ class _ContentPickler(pickle.Pickler):
         pickle.Pickler.__init__(self, stream, protocol=5)
         self.fast = True  # each object in full at every occurrence
 
-    def persistent_id(self, value: Any) -> Any:
+    def persistent_id(self, value: object) -> Any:
         """Content of values that pickle does not write by content; None for all others."""
         kind: Any = type(value)
         if isinstance(value, jax.Array | np.ndarray) and value.dtype != object:
@@ -75,7 +75,7 @@ def _numbers(array: np.ndarray) -> tuple[str, str, tuple[int, ...], str]:
     return "array", array.dtype.str, array.shape, digest
 
 
-def _fields(value: Any, names: list[str]) -> list[tuple[str, Any]]:
+def _fields(value: object, names: list[str]) -> list[tuple[str, Any]]:
     return [(name, vars(value)[name]) for name in names if name in vars(value)]
 
 

@@ -237,7 +237,7 @@ def _values(damping: Damping) -> Iterator[tuple[str, Any]]:
             yield field.name, value
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: object) -> bool:
     return isinstance(value, float | int) and not isinstance(value, bool)
 
 
@@ -246,7 +246,7 @@ def _is_several(value: Any) -> bool:
     return isinstance(value, dict) or bool(value.shape() if is_unknown(value) else np.ndim(value))
 
 
-def _no_damping(value: Any) -> InputError:
+def _no_damping(value: object) -> InputError:
     return InputError(
         f"A damping of {shown(value)} was given; a finite number or a distribution is needed, "
         "since every mode has one: damping.Modal(0.04)."
@@ -272,11 +272,11 @@ def _least(value: Any) -> float:
     return float(np.min(getattr(support, "lower_bound", np.inf)))
 
 
-def _is_zero(value: Any) -> bool:
+def _is_zero(value: object) -> bool:
     return not is_unknown(value) and _least(value) == 0
 
 
-def _words(value: Any) -> str:
+def _words(value: object) -> str:
     return type(value).__name__ if is_unknown(value) else f"{_least(value):.6g}"
 
 

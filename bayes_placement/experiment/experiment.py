@@ -108,7 +108,7 @@ class Experiment(eqx.Module):
         *,
         sensors: Sequence[Sensor],
         actuators: Sequence[Actuator] = (),
-        frequency: Any = None,
+        frequency: object = None,
         observe: Observation,
         noise: Noise | None,
         model_error: Embedded | None = None,
@@ -227,7 +227,7 @@ class Experiment(eqx.Module):
         """Channels of all actuators, in order."""
         return _channels(self.actuator)
 
-    def fix(self, values: Mapping[str, Any]) -> "Experiment":
+    def fix(self, values: Mapping[str, object]) -> "Experiment":
         """Return the experiment with some unknowns replaced by values, by name.
 
         Raises

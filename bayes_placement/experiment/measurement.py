@@ -112,17 +112,17 @@ class Measurement:
     @classmethod
     def from_arrays(
         cls,
-        frf: Any,
-        frequency: Any,
+        frf: object,
+        frequency: object,
         *,
         sensors: Channels,
         actuators: Channels,
         quantity: str,
-        coherence: Any = None,
+        coherence: object = None,
         averages: float | int | None = None,
         positions: Mapping[str, Sequence[float | int]] | None = None,
         force_level: float | int | None = None,
-        variance: Any = None,
+        variance: object = None,
     ) -> "Measurement":
         """Make a measurement of plain arrays and channel labels.
 
@@ -212,7 +212,7 @@ class Measurement:
         outside = (self.frequency < low) | (self.frequency > high)
         return self._with_lines(outside, f"without({low:g}, {high:g})")
 
-    def lines(self, frequency: Any) -> "Measurement":
+    def lines(self, frequency: object) -> "Measurement":
         """Return the lines at these frequencies [Hz], found to a relative 1e-5, as measured.
 
         Raises

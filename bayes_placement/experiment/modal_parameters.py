@@ -83,17 +83,17 @@ class ModalParameters:
 
     def __init__(
         self,
-        natural_frequency: Any,
-        natural_frequency_deviation: Any = None,
+        natural_frequency: object,
+        natural_frequency_deviation: object = None,
         *,
-        damping_ratio: Any = None,
-        damping_ratio_deviation: Any = None,
-        shape: Any = None,
-        shape_deviation: Any = None,
+        damping_ratio: object = None,
+        damping_ratio_deviation: object = None,
+        shape: object = None,
+        shape_deviation: object = None,
         sensors: Channels = (),
-        covariance: Any = None,
-        correlation: Any = None,
-        number: Any = None,
+        covariance: object = None,
+        correlation: object = None,
+        number: object = None,
     ):
         channels = parsed(sensors)
         check_distinct("sensor", channels)
@@ -196,7 +196,7 @@ class ModalParameters:
         return self._with(self.values[:SHAPE], self.covariance[:, :SHAPE, :SHAPE], ())
 
     def _with(
-        self, values: Any, covariance: Any, sensors: Any, **of_modes: Any
+        self, values: Any, covariance: object, sensors: Any, **of_modes: Any
     ) -> "ModalParameters":
         kept = {"number": self.number, "correlation": self.correlation} | of_modes
         return ModalParameters(
@@ -211,11 +211,11 @@ class ModalParameters:
     @classmethod
     def from_repeats(
         cls,
-        natural_frequency: Any,
-        damping_ratio: Any = None,
+        natural_frequency: object,
+        damping_ratio: object = None,
         *,
         of_one: bool = False,
-        number: Any = None,
+        number: object = None,
     ) -> "ModalParameters":
         """Make modal parameters of repeats, whose scatter shows the errors and their correlation.
 
@@ -268,7 +268,7 @@ class ModalParameters:
 
     @classmethod
     def of_complex_shapes(
-        cls, shape: Any, natural_frequency: Any, **known: Any
+        cls, shape: object, natural_frequency: object, **known: Any
     ) -> "ModalParameters":
         """Make modal parameters of complex shapes, whose real part is taken.
 

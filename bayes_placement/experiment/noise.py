@@ -65,7 +65,7 @@ class Noise(eqx.Module):
 
     @abc.abstractmethod
     def distribution(
-        self, predicted: Response, data: Data | None, kernel: Any = 0.0
+        self, predicted: Response, data: Data | None, kernel: object = 0.0
     ) -> Distribution:
         """Distribution of the measured outputs around the predicted ones.
 
@@ -166,7 +166,7 @@ class Covariance(Noise):
         self.factor = positive("noise.Covariance(matrix, factor)", "factor", factor)
 
     def distribution(
-        self, predicted: Response, data: Data | None, kernel: Any = 0.0
+        self, predicted: Response, data: Data | None, kernel: object = 0.0
     ) -> Distribution:
         """Joint normal distribution of the lines of each channel pair."""
         if data is not None and isinstance(data.measured, np.ndarray):

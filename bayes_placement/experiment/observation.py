@@ -35,7 +35,7 @@ class Data(eqx.Module):
     """Standard deviation of each output for E|error|^2 = |H|^2, |H| being the measured amplitude,
     and for E|error|^2 = 1; None where the noise does not need them."""
 
-    def of(self, sensors: Any = slice(None), actuators: Any = slice(None)) -> "Data":
+    def of(self, sensors: Any = slice(None), actuators: object = slice(None)) -> "Data":
         """Return the data of some sensor and actuator channels."""
 
         def pick(values: Any) -> Any:
@@ -154,7 +154,7 @@ class Observation(eqx.Module):
         """Outputs z of an experiment without output error."""
         return self.output(experiment.frf())
 
-    def lines(self, frequency: Any) -> Any:
+    def lines(self, frequency: object) -> Any:
         """Return the lines [Hz] of an experiment for which these were given."""
         return frequency
 
@@ -162,7 +162,7 @@ class Observation(eqx.Module):
         """Return the observation of an experiment with these sensor channels."""
         return self
 
-    def data(self, measurement: Any) -> Data | None:
+    def data(self, measurement: object) -> Data | None:
         """Return what was measured as data, where the observation itself holds it."""
         return None
 
@@ -180,7 +180,7 @@ class Observation(eqx.Module):
 
 
 def measured_outputs(
-    observe: Observation, frf: Any, variance: Any = None, *, amplitude: bool = False
+    observe: Observation, frf: Any, variance: object = None, *, amplitude: bool = False
 ) -> Data:
     """Turn measured FRFs into outputs.
 

@@ -116,7 +116,7 @@ class ModalData(Observation):
         self.channels = measured.sensors
         _check_identity(self)
 
-    def lines(self, frequency: Any) -> Any:
+    def lines(self, frequency: object) -> Any:
         """Return the measured natural frequencies [Hz], which stand where lines do.
 
         Raises
@@ -277,7 +277,7 @@ class ModalData(Observation):
         """Refused, as `output`."""
         return no_frfs("The error of an FRF was asked for")
 
-    def frf(self, receptance: Receptance, omega: Any) -> Receptance:
+    def frf(self, receptance: Receptance, omega: object) -> Receptance:
         """Refused, as `output`."""
         return no_frfs("An FRF was asked for")
 

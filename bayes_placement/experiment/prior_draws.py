@@ -51,7 +51,7 @@ def prior_draws(priors: Mapping[str, Distribution], keys: Any) -> dict[str, Any]
         stacked = [jnp.stack(leaves) for leaves in zip(*alike.values(), strict=True)]
         of_priors = keys[:, jnp.array([numbers[name] for name in alike])]
 
-        def draw(leaves: Any, key: Any, form: _PriorStructure = form) -> Any:
+        def draw(leaves: Any, key: object, form: _PriorStructure = form) -> Any:
             return jax.tree.unflatten(form.structure, leaves).sample(key)
 
         for_draws = jax.vmap(draw, in_axes=(None, 0))

@@ -176,7 +176,7 @@ class Structure(eqx.Module):
         return self.of_kind(AmplitudeAttachment)
 
 
-def is_dict(leaf: Any) -> bool:
+def is_dict(leaf: object) -> bool:
     """Tell whether a leaf of a tree is a dictionary, which changes as a whole."""
     return isinstance(leaf, dict)
 

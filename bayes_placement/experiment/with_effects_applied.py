@@ -131,7 +131,7 @@ def _with_changed_modes(known: Experiment) -> Experiment:
     return _with_structure_effects(of_true_size, effects)
 
 
-def _merged(hinges: Sequence[Any]) -> AppliedHinges:
+def _merged(hinges: Sequence[object]) -> AppliedHinges:
     places, orders, compliances = zip(*hinges, strict=True)
     at, compliance = (jnp.stack([*map(jnp.asarray, values)]) for values in (places, compliances))
     return AppliedHinges(at, compliance, orders)
@@ -246,5 +246,5 @@ def _without(effects: Any, dropped: Sequence[Effect]) -> OrderedDict[str, Any]:
     return OrderedDict((name, effect) for name, effect in effects.items() if name not in names)
 
 
-def _is_dict(leaf: Any) -> bool:
+def _is_dict(leaf: object) -> bool:
     return isinstance(leaf, dict)

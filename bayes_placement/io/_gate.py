@@ -242,7 +242,7 @@ def text_in_utf8(path: Path) -> str:
     return text
 
 
-def is_number(value: Any) -> bool:
+def is_number(value: object) -> bool:
     """Whether a value of a file of JSON or TOML is a finite number, as large as a float may be."""
     try:
         return isinstance(value, int | float) and type(value) is not bool and math.isfinite(value)

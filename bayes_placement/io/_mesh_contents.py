@@ -1,7 +1,7 @@
 """What readers of meshes return: numbered nodes, elements by type, named sets of nodes."""
 
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,7 +23,7 @@ class MeshContents(NamedTuple):
 
 
 def of_numbers(
-    node: Any, points: Any, elements: Iterable[tuple[str, list[int]]], skipped: Iterable[str]
+    node: object, points: object, elements: Iterable[tuple[str, list[int]]], skipped: Iterable[str]
 ) -> MeshContents:
     """Make contents of elements that name nodes by number; skipped kinds are told."""
     numbers = np.array(node, dtype=np.int64)

@@ -203,7 +203,7 @@ def _names(table: TomlTable) -> dict[int, str]:
 _EXAMPLE = 'names = { 11 = "s1", 12 = "s2" }'
 
 
-def _are_names(value: Any) -> bool:
+def _are_names(value: object) -> bool:
     """Whether a value says names by numbers of nodes."""
     return isinstance(value, dict) and all(
         node.isdecimal() and is_text(name) for node, name in value.items()

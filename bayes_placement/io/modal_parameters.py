@@ -177,7 +177,7 @@ def write(modal_parameters: ModalParameters, path: str | Path) -> Path:
 
 
 @arguments_checked
-def of_pyoma2(result: object, sensors: Channels, *, number: Any = None) -> ModalParameters:
+def of_pyoma2(result: object, sensors: Channels, *, number: object = None) -> ModalParameters:
     """Make modal parameters of a result of pyOMA2, of its arrays by name or of the like.
 
     Read are `Fn`, `Xi` and `Phi` (channel, mode) with `Fn_std`, `Xi_std` and `Phi_std`, which an
@@ -239,13 +239,13 @@ def of_pyoma2(result: object, sensors: Channels, *, number: Any = None) -> Modal
     )
 
 
-def _ordered(values: Any, order: np.ndarray) -> np.ndarray:
+def _ordered(values: object, order: np.ndarray) -> np.ndarray:
     """Values by mode in the order of frequency; others as they are, to be refused."""
     array = np.asarray(values)
     return array[..., order] if array.shape[-1:] == order.shape else array
 
 
-def _of_result(result: Any, name: str) -> Any:
+def _of_result(result: object, name: str) -> Any:
     return result.get(name) if isinstance(result, Mapping) else getattr(result, name, None)
 
 

@@ -217,7 +217,7 @@ def _ends_told() -> Iterator[None]:
     home, ends = os.getpid(), {name: getattr(os, name) for name in ENDS}
 
     def told(name: str) -> Callable[..., NoReturn]:
-        def end(*arguments: Any) -> NoReturn:
+        def end(*arguments: object) -> NoReturn:
             if os.getpid() != home:
                 ends[name](*arguments)
             raise SystemExit(f"os.{name}")

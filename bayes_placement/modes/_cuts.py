@@ -78,7 +78,7 @@ def stiffness(waveguide: Waveguide, cuts: Cuts) -> Square:
 def _green_matrix(waveguide: Waveguide, cuts: Cuts, power: int) -> Square:
     """Green's function between all cuts, differentiated by their orders."""
 
-    def block(row: tuple[int, Any], column: tuple[int, Any]) -> Any:
+    def block(row: tuple[int, object], column: tuple[int, object]) -> Any:
         orders = (row[0], column[0])
         sign = _sign(waveguide, row[0]) * _sign(waveguide, column[0])
         green = jax.vmap(lambda y, x: waveguide.green(x, y, orders, power), in_axes=(0, None))

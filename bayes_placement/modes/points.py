@@ -128,14 +128,16 @@ def _shapes(modes: Modes, order: int) -> Callable[[Any], Any]:
     return jax.vmap(modes.shapes if order == 0 else lambda place: modes.shapes(place, order))
 
 
-def _block(flexibility: Callable[[Orders], Any], orders: Orders, places: Any, others: Any) -> Any:
+def _block(
+    flexibility: Callable[[Orders], Any], orders: Orders, places: object, others: object
+) -> Any:
     """Matrix between two lists of places [place, other, axis, axis]; None if not known."""
     over_others = jax.vmap(flexibility(orders), in_axes=(None, 0))
     return jax.vmap(over_others, in_axes=(0, None))(places, others)
 
 
 def _means(
-    flexibility: Callable[[Orders], Any], orders: Orders, places: Any, others: Any, widths: Any
+    flexibility: Callable[[Orders], Any], orders: Orders, places: object, others: Any, widths: Any
 ) -> Any:
     """The same with means over a width about the other places, where that is not zero."""
     about = jnp.where(widths > 0, widths, 1.0)

@@ -66,7 +66,7 @@ class Extent(NamedTuple):
     """Length of a segment that lies on the line [m]; 1 of a box."""
 
 
-def rotation(place: Coordinates, footprint: Any, direction: Any, modes: Modes) -> Points:
+def rotation(place: Coordinates, footprint: object, direction: object, modes: Modes) -> Points:
     """Return the rotation [rad] at a place: of a beam its slope.
 
     In space it is the difference of two displacements along a direction over the footprint between
@@ -117,7 +117,7 @@ def difference(place: Coordinates, other: Coordinates, direction: Any, modes: Mo
     )
 
 
-def beside(place: Coordinates, offset: Any, modes: Modes) -> Points:
+def beside(place: Coordinates, offset: object, modes: Modes) -> Points:
     """Return the displacement [m] at the end of a rigid arm along a beam, w + offset w'."""
     slope = rotation(place, None, None, modes)
     return on_arms(slope.position, slope.direction, jnp.asarray(offset, float))
@@ -187,7 +187,7 @@ def cuts_over(extent: Extent, modes: Modes) -> Points:
     return Points(points.position, stiffness, None, orders, points.combination, widths)
 
 
-def over(middle: Coordinates, extent: Any, direction: Any, modes: Modes) -> Extent:
+def over(middle: Coordinates, extent: object, direction: Any, modes: Modes) -> Extent:
     """Return ports all over a segment of a line or a box in space, about its middle.
 
     The extent is its length [m]; in space its three edges [m], None for those that it does not
@@ -210,7 +210,7 @@ def over(middle: Coordinates, extent: Any, direction: Any, modes: Modes) -> Exte
 Means = Float[np.ndarray, "polynomial node"]
 
 
-def _segment(middle: Any, extent: Any, modes: Modes) -> tuple[Any, Means, Float[Array, ""]]:
+def _segment(middle: object, extent: Any, modes: Modes) -> tuple[Any, Means, Float[Array, ""]]:
     """Nodes on a line, weights of the means over it, and the length on the line."""
     node, means = _means(POLYNOMIALS, NODES)
     low, high = map(jnp.asarray, modes.bounds())

@@ -108,7 +108,7 @@ class Panels(NamedTuple):
 def panels(
     rows: int,
     columns: int,
-    axes: Any = None,
+    axes: object = None,
     *,
     heights: list[float] | None = None,
     size: tuple[float, float] = PANEL,
@@ -169,7 +169,7 @@ def maps_and_bars(
     return Panels(figure, np.array([[*maps, bars]], dtype=object), is_new=True)
 
 
-def channel_panels(dataset: xr.Dataset, heights: list[float], axes: Any = None) -> Panels:
+def channel_panels(dataset: xr.Dataset, heights: list[float], axes: object = None) -> Panels:
     """Return panels for channel pairs: a row for each sensor, columns for actuators and levels.
 
     Where sensors are more than a page is high for, they go on at the right of the first ones; the
@@ -268,7 +268,7 @@ def edges(middles: np.ndarray) -> np.ndarray:
     return np.concatenate([[first], between, [last]])
 
 
-def color_bar(marks: Any, panel: Any, label: str, **settings: Any) -> None:
+def color_bar(marks: object, panel: Any, label: str, **settings: Any) -> None:
     """Add the scale of the colours of a panel."""
     panel.get_figure().colorbar(marks, ax=panel, label=label, **settings)
 

@@ -109,7 +109,7 @@ def draw_tolerances(panel: Panel, view: View, experiment: "Experiment") -> None:
             panel.plot(*view.project(points), *height, zorder=2, **style)
 
 
-def _tolerance_style(position: Any, count: int) -> dict[str, Any]:
+def _tolerance_style(position: object, count: int) -> dict[str, Any]:
     """Style of a stretch, of edges or of nodes."""
     if isinstance(position, AtNode):
         dots = {"marker": "o", "linestyle": "none", "markersize": 7, "markeredgewidth": 0}

@@ -145,7 +145,7 @@ def by_owner(unknowns: list[ScaledUnknown]) -> Rows:
     return [list(row) for _, row in owners]
 
 
-def drawn_in_rows(rows: Rows, axes: Any, draw: Callable[[Axes, ScaledUnknown], None]) -> Figure:
+def drawn_in_rows(rows: Rows, axes: object, draw: Callable[[Axes, ScaledUnknown], None]) -> Figure:
     """Draw rows of unknowns, each on axes of its own, or on those of the caller."""
     layout = _ragged(rows) if axes is None else panels(1, max(1, sum(map(len, rows))), axes)
     for panel, unknown in zip(layout.axes.flat, itertools.chain(*rows), strict=False):
@@ -171,7 +171,7 @@ def _ragged(rows: Rows) -> Panels:
 
 
 def drawn_as_strips(
-    unknowns: list[ScaledUnknown], truth: Mapping[str, float], axes: Any = None
+    unknowns: list[ScaledUnknown], truth: Mapping[str, float], axes: object = None
 ) -> Figure:
     """Draw the intervals of unknowns below each other, in columns no higher than a page."""
     count = max(1, len(unknowns))

@@ -51,7 +51,7 @@ class PlainFigure(Figure):
         for text in self.findobj(Text):
             text.set_fontsize(max(LEAST, float(text.get_fontsize()) * share))
 
-    def _keep_apart(self, renderer: Any) -> None:
+    def _keep_apart(self, renderer: object) -> None:
         """Break names longer than their panels, once, and thin out numbers that collide."""
         engine = self.get_layout_engine()
         if engine is not None:
@@ -100,7 +100,7 @@ def _wrapped(line: str, most: int) -> str:
     return broken.replace(f"{_NOTHING} ", "").replace(_NOTHING, "")
 
 
-def _thin_out(panel: Axes, renderer: Any) -> None:
+def _thin_out(panel: Axes, renderer: object) -> None:
     """Take fewer numbers along the horizontal axis until they are apart."""
     locator = panel.xaxis.get_major_locator()
     for parts in (4, 3, 2, 1):

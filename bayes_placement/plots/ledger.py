@@ -189,7 +189,7 @@ def _with_setting(table: pd.DataFrame, kind: str, *, on_one_line: bool) -> str:
 
 
 def _on_a_line(
-    table: pd.DataFrame, kinds: list[str], places: Sequence[tuple[str, Any]], axes: Any
+    table: pd.DataFrame, kinds: list[str], places: Sequence[tuple[str, object]], axes: object
 ) -> Figure:
     layout = panels(1, 2, axes, size=(PANEL[0], _height(kinds)))
     strips, bars = layout.axes[0]

@@ -1,7 +1,6 @@
 """Figures of the misfit of a fitted model: where it fails, and how it looks there."""
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -143,7 +142,7 @@ def _over_noise(misfit: Misfit) -> xr.Dataset:
     return smooth.assign(residual=residual)
 
 
-def _discrepancy(dataset: xr.Dataset, axes: Any) -> Figure:
+def _discrepancy(dataset: xr.Dataset, axes: object) -> Figure:
     layout = channel_panels(dataset, [1.0], axes)
     for panel, channel in channels(layout.axes, dataset):
         panel.axhline(0.0, color=INK, linewidth=0.5)

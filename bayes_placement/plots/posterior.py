@@ -89,7 +89,7 @@ def measured_against_band_pages(result: xr.DataTree) -> list[Figure]:
     ]
 
 
-def _bands(band: xr.Dataset, phase: xr.Dataset | None, axes: Any) -> Figure:
+def _bands(band: xr.Dataset, phase: xr.Dataset | None, axes: object) -> Figure:
     """Responses, phases if there are any, and differences from the mean."""
     heights = [1.0, 0.7] if phase is None else [1.0, 0.5, 0.7]
     layout, rows = channel_panels(band, heights, axes), len(heights)
@@ -110,7 +110,7 @@ def _bands(band: xr.Dataset, phase: xr.Dataset | None, axes: Any) -> Figure:
 def response_band(
     simulated: xr.DataTree,
     *,
-    reference: Any = None,
+    reference: object = None,
     axes: Sequence[Axes] | np.ndarray | None = None,
 ) -> Figure:
     """Draw mean and 90 % band of simulated outputs, as Figure 2 of the paper.
@@ -140,7 +140,7 @@ def response_band(
 
 
 @arguments_checked
-def response_band_pages(simulated: xr.DataTree, *, reference: Any = None) -> list[Figure]:
+def response_band_pages(simulated: xr.DataTree, *, reference: object = None) -> list[Figure]:
     """Draw `response_band` on pages of at most three sensors and three columns.
 
     Parameters
@@ -172,7 +172,7 @@ def _simulated_band(simulated: xr.DataTree, reference: Any) -> xr.Dataset:
     return band.assign(reference=labelled_amplitude(draw.copy(data=np.asarray(reference))))
 
 
-def _simulated_bands(band: xr.Dataset, axes: Any) -> Figure:
+def _simulated_bands(band: xr.Dataset, axes: object) -> Figure:
     layout = channel_panels(band, [1.0], axes)
     for panel, channel in channels(layout.axes, band):
         draw_band(panel, channel, "random draws")

@@ -40,7 +40,7 @@ class Identified(NamedTuple):
 
 @arguments_checked
 def identify(
-    measurement: Measurement, *, shapes_at: Side = "sensors", number: Any = None
+    measurement: Measurement, *, shapes_at: Side = "sensors", number: object = None
 ) -> ModalParameters:
     """Identify natural frequencies, damping ratios and shapes of FRFs, with their covariances.
 
@@ -95,7 +95,7 @@ def identify(
     return modes
 
 
-def identified(measurement: Measurement, shapes_at: Side, number: Any = None) -> Identified:
+def identified(measurement: Measurement, shapes_at: Side, number: object = None) -> Identified:
     """Return the modes of a measurement, and sentences on what is left out or not explained."""
     moving = measurement.without(0, 0) if measurement.frequency[0] == 0 else measurement
     if shapes_at == "actuators":

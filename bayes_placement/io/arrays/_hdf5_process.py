@@ -113,7 +113,7 @@ def _values(dataset: h5py.Dataset) -> np.ndarray:
     return np.asarray(values)
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     if isinstance(value, np.ndarray) and value.size == 1:
         value = value.item()
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value or "")
@@ -135,7 +135,9 @@ def _matlab(
     return arrays, {"form": "a MATLAB 7.3 file", "units": {}, "faults": faults}
 
 
-def _collect(value: Any, name: str, arrays: dict[str, np.ndarray], faults: dict[str, str]) -> None:
+def _collect(
+    value: object, name: str, arrays: dict[str, np.ndarray], faults: dict[str, str]
+) -> None:
     """Arrays of nested dictionaries; a field of a structure is `structure.field`."""
     if isinstance(value, dict):
         for key, inner in value.items():

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -46,7 +46,7 @@ class NamedArrays(NamedTuple):
     left_out: dict[str, str]
 
 
-def flattened(path: Path, form: str, content: Mapping[str, Any]) -> NamedArrays:
+def flattened(path: Path, form: str, content: Mapping[str, object]) -> NamedArrays:
     """Make named arrays of nested dictionaries, as readers of MATLAB files return them."""
     arrays: dict[str, np.ndarray] = {}
     left_out: dict[str, str] = {}
@@ -55,7 +55,10 @@ def flattened(path: Path, form: str, content: Mapping[str, Any]) -> NamedArrays:
 
 
 def _add(
-    content: Mapping[str, Any], prefix: str, arrays: dict[str, np.ndarray], left_out: dict[str, str]
+    content: Mapping[str, object],
+    prefix: str,
+    arrays: dict[str, np.ndarray],
+    left_out: dict[str, str],
 ) -> None:
     if prefix.count(".") > _DEEPEST:
         raise InputError(f"structures are nested more than {_DEEPEST} deep at {prefix!r}")
@@ -71,7 +74,7 @@ def _add(
 
 
 def _add_array(
-    name: str, value: Any, arrays: dict[str, np.ndarray], left_out: dict[str, str]
+    name: str, value: object, arrays: dict[str, np.ndarray], left_out: dict[str, str]
 ) -> None:
     array = _array(value)
     if array.dtype.kind not in NUMBERS + TEXTS:
@@ -82,7 +85,7 @@ def _add_array(
         arrays[name] = array
 
 
-def _array(value: Any) -> np.ndarray:
+def _array(value: object) -> np.ndarray:
     """Array of a value; of objects where it is none, as where a list mixes numbers and texts."""
     try:
         array = np.asarray(value)

@@ -83,7 +83,7 @@ def _width(row: list[str]) -> int:
     return max(number for number, cell in enumerate(row, start=1) if cell)
 
 
-def _cell(value: Any) -> str:
+def _cell(value: object) -> str:
     if isinstance(value, float | int) and not isinstance(value, bool):
         return repr(value)
     return "" if value is None else str(value).strip()

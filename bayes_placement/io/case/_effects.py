@@ -109,20 +109,20 @@ def _content(effect: Effect) -> tuple[list[str], Any]:
     return _leaves(replace(effect, name=kind_of(effect)))
 
 
-def _leaves(tree: Any) -> tuple[list[str], Any]:
+def _leaves(tree: object) -> tuple[list[str], Any]:
     """Numbers and priors in words, and what is fixed."""
     leaves, fixed = jax.tree.flatten(tree, is_leaf=is_unknown)
     return [described(leaf) if is_unknown(leaf) else str(leaf) for leaf in leaves], fixed
 
 
-def _is_name(value: Any) -> bool:
+def _is_name(value: object) -> bool:
     try:
         return isinstance(value, str) and checked(Channel(value)).name == value
     except ValueError:
         return False
 
 
-def _is_law(value: Any) -> bool:
+def _is_law(value: object) -> bool:
     try:
         return isinstance(value, str) and bool(typed(value))
     except InputError:
@@ -134,7 +134,7 @@ def _pieces(count: int, most: int) -> FieldRule:
     words = f"a list of {count} numbers of pieces of the structure from 1 to {most}"
     numbers = range(1, most + 1)
 
-    def accepts(value: Any) -> bool:
+    def accepts(value: object) -> bool:
         return isinstance(value, list) and len(value) == count and all(n in numbers for n in value)
 
     return FieldRule(words, [1] * count, accepts)

@@ -266,7 +266,7 @@ def _box(start: list[Any], end: list[Any]) -> Box:
     return Box(np.add(start, end) / 2, within=np.abs(np.subtract(end, start)) / 2)
 
 
-def _is_text(value: Any) -> bool:
+def _is_text(value: object) -> bool:
     return isinstance(value, str) and is_printable(value)
 
 

@@ -220,7 +220,7 @@ def numbers(
     )
 
 
-def _numbers_in(value: Any) -> Iterator[float]:
+def _numbers_in(value: object) -> Iterator[float]:
     """A number, or those of a list, of lists too."""
     if isinstance(value, list):
         for entry in value:
@@ -250,12 +250,12 @@ def _without_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return content
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     shown = json.dumps(value, ensure_ascii=False)
     return shown if len(shown) <= 80 else f"{shown[:77]}..."
 
 
-def _written(name: str, example: Any) -> str:
+def _written(name: str, example: object) -> str:
     return f'"{name}": {json.dumps(example, ensure_ascii=False)}'
 
 
@@ -354,7 +354,7 @@ def check_known(fields: JsonObject, known: dict[str, Any] | None = None) -> None
                 check_known(inner, known[name])
 
 
-def _objects(fields: JsonObject, name: str, value: Any) -> list[JsonObject]:
+def _objects(fields: JsonObject, name: str, value: object) -> list[JsonObject]:
     """Objects in a field; what is none is refused where it is read."""
     if isinstance(value, dict):
         return [fields.object(name)]

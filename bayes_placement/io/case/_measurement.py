@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -230,7 +230,7 @@ def _in_band(file: Path, settings: MeasurementSettings, measured: Measurement) -
 
 
 def _contradiction(
-    file: Path, content: str, settings: MeasurementSettings, field: str, stated: Any
+    file: Path, content: str, settings: MeasurementSettings, field: str, stated: object
 ) -> CaseError:
     return CaseError(
         f"{file} {content}, but the field {field} in {settings.file} says {stated}; both must "
@@ -256,7 +256,7 @@ def _levels(levels: list[float] | None) -> tuple[float, ...] | None:
     return None if levels is None else tuple(float(level) for level in levels)
 
 
-def _are_levels(value: Any) -> bool:
+def _are_levels(value: object) -> bool:
     if not isinstance(value, list) or not value or not all(map(is_number, value)):
         return value is None
     return min(value) > 0 and len(set(value)) == len(value)
@@ -303,7 +303,7 @@ def _files(stated: JsonObject, field: str) -> tuple[str, ...]:
     return tuple(name for name in stated.value(field, _FILES) if name.endswith(".uff"))
 
 
-def _are_file_names(value: Any) -> bool:
+def _are_file_names(value: object) -> bool:
     """Names of files in the folder of the case, none of which leads out of it."""
     return isinstance(value, list) and all(
         isinstance(name, str) and name == Path(name).name and name not in ("", ".", "..")

@@ -44,7 +44,7 @@ def write(
     folder: str | Path,
     measurement: Measurement,
     channels: Sequence[ChannelRow],
-    stated: Mapping[str, Any],
+    stated: Mapping[str, object],
 ) -> Path:
     """Write a case, which `read` reads back; it is complete before it replaces an earlier one.
 
@@ -91,7 +91,7 @@ def write(
     return Path(folder)
 
 
-def _check_stated(stated: Mapping[str, Any]) -> None:
+def _check_stated(stated: Mapping[str, object]) -> None:
     missing = [name for name in _STATED if name not in stated]
     unknown = [name for name in stated if name not in (*_STATED, *_FURTHER)]
     if unknown:
@@ -154,7 +154,7 @@ def _missing(name: str, what: str) -> CaseError:
 
 
 def _fields(
-    measurement: Measurement, channels: Sequence[ChannelRow], stated: Mapping[str, Any]
+    measurement: Measurement, channels: Sequence[ChannelRow], stated: Mapping[str, object]
 ) -> dict[str, Any]:
     nodes = node_numbers(measurement)
     low, high = measurement.frequency[[0, -1]].tolist()

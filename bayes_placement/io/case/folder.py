@@ -249,7 +249,7 @@ def _about(
     return Normal(exact, deviation) if deviation else exact
 
 
-def _are_directions(value: Any, axes: tuple[int, ...]) -> bool:
+def _are_directions(value: object, axes: tuple[int, ...]) -> bool:
     if not isinstance(value, list) or not value or not all(map(is_number, value)):
         return False
     return set(map(abs, value)) <= set(axes) and len(set(map(abs, value))) == len(value)

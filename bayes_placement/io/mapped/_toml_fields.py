@@ -98,16 +98,16 @@ def _check_keys(text: str) -> None:
         )
 
 
-def is_text(value: Any) -> bool:
+def is_text(value: object) -> bool:
     """Whether a value is a text that is not blank."""
     return isinstance(value, str) and bool(value.strip())
 
 
-def is_column(value: Any) -> bool:
+def is_column(value: object) -> bool:
     """Whether a value names an array, or is the number of a column."""
     return is_text(value) or (type(value) is int and value >= 1)
 
 
-def are_texts(value: Any) -> bool:
+def are_texts(value: object) -> bool:
     """Whether a value lists texts."""
     return isinstance(value, list) and bool(value) and all(map(is_text, value))

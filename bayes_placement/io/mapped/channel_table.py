@@ -147,7 +147,7 @@ def _with_unit(key: str) -> str:
     return f"{key} [m]" if key in _LENGTHS else f"{key} [rad]" if key == "angle tolerance" else key
 
 
-def _as_cell(value: Any) -> str:
+def _as_cell(value: object) -> str:
     return " ".join(map(str, value)) if isinstance(value, list) else str(value)
 
 

@@ -164,7 +164,7 @@ def _by_mapping(mapping: Mapping) -> Imported:
     return _of_file(folder / mapping.file, mapping, _table(mapping, folder))
 
 
-def _of_folder(folder: Path, mapping: Any) -> Imported:
+def _of_folder(folder: Path, mapping: object) -> Imported:
     """Read the data, the mapping and the channel table of a folder, each of which is there once."""
     files = sorted(file for file in folder.iterdir() if file.is_file() and file.name[0] != ".")
     mapping_files = [file for file in files if file.suffix.lower() == _MAPPING_SUFFIX]

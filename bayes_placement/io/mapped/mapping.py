@@ -308,9 +308,9 @@ def _convention(table: TomlTable) -> str:
     return value or "exp(+i w t)"
 
 
-def _is_number_or_name(value: Any) -> bool:
+def _is_number_or_name(value: object) -> bool:
     return is_number(value) or is_text(value)
 
 
-def _is_table(value: Any) -> bool:
+def _is_table(value: object) -> bool:
     return isinstance(value, dict)

@@ -99,7 +99,7 @@ class Continuous(Excitation):
         )
 
 
-def _check_window(window: Any) -> None:
+def _check_window(window: object) -> None:
     """Refuse what is no window of SciPy."""
     try:
         signal.get_window(window, 8)

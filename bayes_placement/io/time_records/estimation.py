@@ -31,8 +31,8 @@ FEW_REPEATS = 2.5
 
 
 def frf(
-    force: Any,
-    response: Any,
+    force: object,
+    response: object,
     rate: float | int,
     *,
     excitation: Excitation,
@@ -248,7 +248,7 @@ def _thinned(spectra: Spectra, step: int) -> Spectra:
     )
 
 
-def _check_options(estimator: str, excitation: Any, **counts: int | None) -> None:
+def _check_options(estimator: str, excitation: object, **counts: int | None) -> None:
     if not isinstance(estimator, str) or estimator not in estimators.ESTIMATORS:
         raise InputError(
             f"estimator={shown(estimator)} was given; one of {', '.join(estimators.ESTIMATORS)} is "

@@ -43,8 +43,8 @@ class Records:
 
 
 def records(
-    force: Any,
-    response: Any,
+    force: object,
+    response: object,
     rate: float | int,
     *,
     sensors: Channels | None,
@@ -76,7 +76,7 @@ def records(
     return Records(number, forces, responses, rows, column, limits)
 
 
-def positive(argument: str, value: Any, instead: str) -> float:
+def positive(argument: str, value: object, instead: str) -> float:
     """Return a finite number above zero."""
     number = finite_number(argument, value, instead)
     if not number > 0:
@@ -86,7 +86,7 @@ def positive(argument: str, value: Any, instead: str) -> float:
     return number
 
 
-def _by_sensor(response: Any, count: int, force: Any) -> Sequence[Any]:
+def _by_sensor(response: Any, count: int, force: object) -> Sequence[Any]:
     """Responses of each sensor; those of a single one may come as the force does."""
     if count == 1 and _depth(response) == _depth(force):
         return [response]
@@ -124,7 +124,7 @@ def _of_channel(what: str, values: Any) -> tuple[Samples, ...]:
     return tuple(_samples(what, row) for row in rows)
 
 
-def _samples(what: str, row: Any) -> Samples:
+def _samples(what: str, row: object) -> Samples:
     array = np.asarray(row)
     if array.dtype.kind not in "iuf" or array.ndim != 1 or array.size < FEWEST_SAMPLES:
         raise InputError(

@@ -116,7 +116,7 @@ def read(
         return measurement
 
 
-def _is_wanted(only: Collection[int] | None, head: Mapping[str, Any]) -> bool:
+def _is_wanted(only: Collection[int] | None, head: Mapping[str, object]) -> bool:
     """Whether a function is an FRF, a coherence or a variance of one of the nodes."""
     kind = head["func_type"]
     known = kind in (_FRF, _COHERENCE) or (kind == _GENERAL and head["id4"] == VARIANCE_NOTE)

@@ -252,7 +252,7 @@ def beam(
     )
 
 
-def _waves(phase: Any, library: Any = jnp) -> tuple[Any, Any, Any, Any]:
+def _waves(phase: Any, library: object = jnp) -> tuple[Any, Any, Any, Any]:
     """Cosine and its derivatives; the last is the sine."""
     is_compiled = library is jnp
     cosine, sine = cosine_and_sine(phase) if is_compiled else (np.cos(phase), np.sin(phase))
@@ -283,7 +283,7 @@ def _elastic(left: str, right: str, count: int) -> tuple[tuple[float, ...], Any]
 
 
 @functools.cache
-def _products(wave_numbers: tuple[float, ...], coefficients: Any, derivative: int) -> np.ndarray:
+def _products(wave_numbers: tuple[float, ...], coefficients: object, derivative: int) -> np.ndarray:
     """Integrals of products of derivatives of the shapes, in unit length and mass."""
     # Sixteen Gauss nodes in each half wave of the steepest shape: exact to rounding.
     node, weight = np.polynomial.legendre.leggauss(16)

@@ -45,7 +45,7 @@ def modes(
     *,
     up_to: float,
     pieces: Sequence[Tolerance] = (),
-    members: Mapping[str, Any] | None = None,
+    members: Mapping[str, object] | None = None,
     soft: Mapping[str, SupportMotion] | None = None,
     youngs_modulus: Parameter = 1.0,
     density: Parameter = 1.0,
@@ -126,7 +126,7 @@ def affine(
     up_to: float,
     tolerance: float = 1e-3,
     pieces: Sequence[Tolerance] = (),
-    members: Mapping[str, Any] | None = None,
+    members: Mapping[str, object] | None = None,
     youngs_modulus: Parameter = 1.0,
     density: Parameter = 1.0,
     nominal: tuple[float, float] = (1.0, 1.0),
@@ -216,7 +216,7 @@ def _nodal(
     interpolation: Interpolation,
     model: ModalModel,
     *,
-    members: Mapping[str, Any],
+    members: Mapping[str, object],
     soft: Mapping[str, SupportMotion] | None = None,
     **options: Any,
 ) -> NodalModes:
@@ -239,7 +239,7 @@ def _nodal(
     )
 
 
-def _over_modes(model: ModalModel, parts: Mapping[str, Any]) -> dict[str, OverModes]:
+def _over_modes(model: ModalModel, parts: Mapping[str, object]) -> dict[str, OverModes]:
     """Matrices over the modes.
 
     Nothing within a free structure holds it: neither a region, nor a tension with its reaction.

@@ -25,7 +25,7 @@ class ReadableMatrices(NamedTuple):
 
 @arguments_checked
 def from_scikit_fem(
-    basis: Any,
+    basis: object,
     stiffness: Sparse,
     mass: Sparse,
     *,

@@ -82,7 +82,7 @@ def scikit_fem(
     )
 
 
-def _check_basis(basis: Any) -> None:
+def _check_basis(basis: object) -> None:
     try:
         from skfem import CellBasis
     except ImportError as error:
@@ -142,7 +142,7 @@ def _degree(element: Any, simplex: bool) -> int:
     return -(-element.maxdeg // element.refdom.dim())
 
 
-def _same_everywhere(element: Any) -> bool:
+def _same_everywhere(element: object) -> bool:
     """Tell whether all cells have the same shape functions in reference coordinates."""
     from skfem.element import ElementVector
     from skfem.element.element_h1 import ElementH1

@@ -167,7 +167,7 @@ def any_below(count: int, up_to: float) -> None:
         )
 
 
-def regions(parts: Mapping[str, Any], stiffness: csc_array, dof: Dof) -> dict[str, csc_array]:
+def regions(parts: Mapping[str, object], stiffness: csc_array, dof: Dof) -> dict[str, csc_array]:
     """Stiffness of each region; together not more than that of the structure."""
     regions = {name: sparse(f'regions["{name}"]', part, len(dof)) for name, part in parts.items()}
     if not regions:
