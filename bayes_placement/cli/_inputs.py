@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from .._shared.errors import InputError, UsageError
+from ..experiment.data_checks import DataChecks
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.modal_parameters import ModalParameters
 from ..experiment.model_error import Embedded
@@ -11,6 +12,7 @@ from ..experiment.variants import observing_modes
 from ..io import case, formats, modal_parameters, model
 from ..io._gate import files_read
 from ..io._modal_arrays import holds_modal_parameters
+from ._kept import Kept
 from ._lines import ChosenLines, choose_lines
 from ._run import Output, Run
 from ._terminal import Screen
@@ -60,7 +62,7 @@ def read_inputs(
     run = output.begin(command, path, files=files, **settings)
     screen.text(f"{study.experiment}\n")
     screen.text(lines.sentence)
-    faults = print_data_faults(screen, study, measurement, stops=True)
+    faults = print_data_faults(screen, study, measurement, output.fits, stops=True)
     return Inputs(screen, run, study, measurement, faults)
 
 
@@ -76,14 +78,23 @@ def _chosen_lines(
 
 
 def print_data_faults(
-    screen: Screen, study: model.Study, measurement: Measurements, *, stops: bool = False
+    screen: Screen,
+    study: model.Study,
+    measurement: Measurements,
+    fits: Path | None = None,
+    *,
+    stops: bool = False,
 ) -> list[str]:
     """Print what the checks of the data say, and return the faults.
 
     A model of which all natural frequencies are below the lines may stop the command: no effect
-    that it lacks raises all of them.
+    that it lacks raises all of them. What an earlier run found is taken from the folder of fits.
     """
-    checks = study.experiment.check_data(measurement)
+    answer = Kept(fits, "check_data", study.experiment, measurement)
+    checks: DataChecks | None = answer.read()
+    if checks is None:
+        checks = study.experiment.check_data(measurement)
+        answer.write(checks)
     for fault in checks.faults.get("natural frequencies", ()):
         if stops and fault.value > fault.threshold:
             raise InputError(fault.sentence)

@@ -14,6 +14,7 @@ from ..experiment.modal_parameters import ModalParameters
 from ..io.model import Study
 from ..positions.names import is_printable
 from ._inputs import Inputs, read_inputs, read_measurement
+from ._kept import Kept
 from ._next_command import command_on
 from ._run import Output
 from ._save import CompletedModel
@@ -114,12 +115,22 @@ class Request:
         from ._shared_fits import fits_of_model  # the page of `explore` stands before
 
         effects = self._candidates(inputs.experiment)
+
+        asked = command, inputs.experiment, measured, effects, settings
+        answer = Kept(inputs.run.fits, *asked)
+        known: Result | None = answer.read()
+        if known is not None:
+            inputs.screen.text(
+                "Found by an earlier run with the same model, data and options; to search "
+                "anew: --no-cache."
+            )
+            return known
         with (
             workers(self.workers, dask=self.dask) as executor,
             fits_of_model(inputs),
             inputs.screen.progress([command]) as begin,
         ):
-            return function(
+            found = function(
                 inputs.experiment,
                 measured,
                 candidates=effects,
@@ -127,6 +138,8 @@ class Request:
                 progress=begin(command),
                 **settings,
             )
+        answer.write(found)
+        return found
 
     def command(self, name: str) -> str:
         """Return another command on the same model, data and, of `improve`, candidates."""

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from .._shared.files import write_atomically, write_csv, write_json
 from .._shared.parts import begun_in_helper
@@ -14,6 +14,7 @@ from ..inference.record import now, versions
 from ..io import modal_parameters, netcdf
 from ..io.laws import write_law
 from ._errors import MODEL_FAILS
+from ._kept import Kept
 from ._result_folder import RECORD, ResultFolder, identified, records, source_of
 from ._terminal import Screen
 
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 DOTS_PER_INCH = 120
 
+Result = TypeVar("Result")
 
 Drawing = Callable[[], Mapping[str, "Figure"]]
 """Draws figures that belong together, by the names of their files."""
@@ -55,6 +57,7 @@ class Run:
     with_report: bool = False
     began: float = field(default_factory=time.perf_counter)
     unfinished: list[Callable[[], None]] = field(default_factory=list)
+    written: list[str] = field(default_factory=list)
     not_drawn: list[str] = field(default_factory=list)
 
     @property
@@ -128,6 +131,27 @@ class Run:
                 "other files. Please report it."
             )
 
+    def kept(self, write: Callable[["Run"], Result], *inputs: Any) -> Result:
+        """Return what is written, with its files, or what an earlier run wrote for these inputs."""
+        answer = Kept(self.fits, self.command, self.with_report, *inputs)
+        result: Result
+        if (known := answer.read()) is not None:
+            result, files = known
+            for name, content in files.items():
+                self._write(name, partial(Path.write_bytes, data=content))
+            return result
+        part = replace(self, unfinished=[], written=[])
+        result = write(part)
+        part._end_figures()
+        if not self.not_drawn:
+            files = {name: (self.folder / name).read_bytes() for name in part.written}
+            answer.write((result, files))
+        return result
+
+    def _end_figures(self) -> None:
+        for end in self.unfinished:
+            self.attempt("A figure", end)
+
     def _begin_figures(self, drawing: Drawing) -> None:
         for name, figure in drawing().items():
             self.begin(name, partial(figure.savefig, dpi=DOTS_PER_INCH))
@@ -144,8 +168,7 @@ class Run:
 
         The result is told where JSON is asked for. The exit code comes back.
         """
-        for end in self.unfinished:
-            self.attempt("A figure", end)
+        self._end_figures()
         code = 0 if passed else MODEL_FAILS
         seconds = time.perf_counter() - self.began
         self.record.update(finished=True, verdict=verdict, exit_code=code, seconds=seconds)
@@ -179,6 +202,7 @@ class Run:
         self._note(name)
 
     def _note(self, name: str) -> None:
+        self.written.append(name)
         path = str(self.folder.relative_to(self.top) / name)
         if path not in self.record["files"]:
             self.record["files"].append(path)

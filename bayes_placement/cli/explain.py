@@ -1,5 +1,7 @@
 """`bayes-placement explain`: which physical effect a model lacks."""
 
+from functools import partial
+
 from ..criticism.missing.explain import explain
 from ..criticism.missing.ranking import Ranking
 from ..plots import ledger as plots
@@ -32,15 +34,20 @@ def _write(ranking: Ranking, inputs: Inputs, run: Run) -> list[str]:
     """Write what was found, and return where to measure next in words."""
     run.json("explanation.json", ranking.to_json())
     run.text("explanation.txt", in_full(ranking, ()))
-    measured = inputs.measurement, inputs.data_faults
-    kept = of_result(ranking, inputs.experiment, *measured, with_next=run.with_report)
-    following = where_next(kept, ranking)
-    table = ranking.table()
-    run.table("explanation.csv", table)
+    pictures = partial(_write_pictures, ranking, inputs)
+    following = run.kept(pictures, ranking.to_json(), inputs.data_faults)
+    run.table("explanation.csv", ranking.table())
     run.text("explanation.txt", in_full(ranking, following))
     run.table("suspicion.csv", ranking.suspicion, index=False)
-    write_reach(ranking, run)
+    return following
+
+
+def _write_pictures(ranking: Ranking, inputs: Inputs, run: Run) -> list[str]:
+    """Write figures and what they are drawn from; return where to measure next in words."""
+    measured = inputs.measurement, inputs.data_faults
+    kept = of_result(ranking, inputs.experiment, *measured, with_next=run.with_report)
     run.tree(FINDINGS, kept)
+    write_reach(ranking, run)
     draw_where(ranking, inputs, run)
     run.figures(lambda: {"probabilities.png": plots.probabilities(ranking)})
-    return following
+    return where_next(kept, ranking)

@@ -1,7 +1,7 @@
 """`bayes-placement improve`: add what a model lacks, effect by effect."""
 
-import functools
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import xarray as xr
@@ -40,8 +40,8 @@ def run(request: Request) -> int:
 def _run_one(request: Request, inputs: Inputs) -> int:
     """Treat one measurement, with a baseline or without."""
     screen = inputs.screen
-    tell = functools.partial(_tell_step, inputs.screen)
-    ledger = request.search("improve", functools.partial(improve, callback=tell), inputs)
+    tell = partial(_tell_step, inputs.screen)
+    ledger = request.search("improve", partial(improve, callback=tell), inputs)
     verdict, *further = ledger.words()
     screen.verdict(verdict)
     screen.table(ledger.table(), "added")
@@ -118,14 +118,20 @@ def write(ledger: Ledger, inputs: Inputs, run: Run) -> list[str]:
     """Write what was found, and return where to measure next in words."""
     run.json("ledger.json", ledger.to_json())
     run.text("ledger.txt", in_full(ledger, ()))
-    measured = inputs.measurement, inputs.data_faults
-    kept = of_result(ledger, inputs.experiment, *measured, with_next=run.with_report)
-    following = where_next(kept, ledger)
+    pictures = partial(_write_pictures, ledger, inputs)
+    following = run.kept(pictures, ledger.to_json(), inputs.data_faults)
     run.text("ledger.txt", in_full(ledger, following))
     run.table("compared.csv", ledger.compared, index=False)
     run.table("suspicion.csv", ledger.suspicion, index=False)
-    write_reach(ledger, run)
+    return following
+
+
+def _write_pictures(ledger: Ledger, inputs: Inputs, run: Run) -> list[str]:
+    """Write figures and what they are drawn from; return where to measure next in words."""
+    measured = inputs.measurement, inputs.data_faults
+    kept = of_result(ledger, inputs.experiment, *measured, with_next=run.with_report)
     run.tree(FINDINGS, kept)
+    write_reach(ledger, run)
     draw_where(ledger, inputs, run)
     run.figures(
         lambda: {"error_falls.png": plots.error_falls(ledger)},
@@ -133,7 +139,7 @@ def write(ledger: Ledger, inputs: Inputs, run: Run) -> list[str]:
         lambda: _before_and_after(kept),
         lambda: residual_maps(kept),
     )
-    return following
+    return where_next(kept, ledger)
 
 
 def _before_and_after(kept: xr.DataTree) -> dict[str, Figure]:

@@ -57,7 +57,7 @@ def _show_model(path: Path, data: Path | None, output: Output) -> int:
         _list_modes(measured, run, screen)
         verdict = f"{experiment!r}; {measured!r}"
     else:
-        print_data_faults(screen, study, measured)
+        print_data_faults(screen, study, measured, run.fits)
         model = [None] if data is None else _runs(experiment.nominal_measurement())
         drawings.append(partial(_pages, measured, model))
         verdict = f"{experiment!r}; {counted(len(_runs(measured)), 'measurement')}."

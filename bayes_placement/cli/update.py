@@ -72,7 +72,7 @@ def run(
     possible = _possible(chosen, study, measurement)
     run = output.begin("update", path, files=files, seed=seed, engine=engine, marginal=marginal)
     screen.text(f"{study.experiment}\n")
-    print_data_faults(screen, study, measurement, stops=True)
+    print_data_faults(screen, study, measurement, run.fits, stops=True)
     screen.list(possible.left_out)
     results: Results = {}
     for number, method in enumerate(possible.methods):

@@ -107,6 +107,7 @@ def _run(path: Path) -> ModuleType:
     with _folder_on_import_path(path.resolve().parent), _guarded(path.resolve()):
         spec.loader.exec_module(module)
     # Other processes cannot import it by its name: they get its classes and functions as they are.
+    _READ[:] = [module]
     for defined in (module, *_imported()):
         cloudpickle.register_pickle_by_value(defined)
     return module
@@ -141,6 +142,15 @@ def _folder_on_import_path(folder: Path) -> Iterator[None]:
             if folder in Path(getattr(sys.modules[name], "__file__", None) or "/").parents
         ]
 
+
+def sources() -> list[bytes]:
+    """Text of the last model file, and of the modules of its folder that it imported."""
+    files = (getattr(module, "__file__", None) for module in (*_READ, *_imported()))
+    return [Path(file).read_bytes() for file in files if file is not None]
+
+
+_READ: list[ModuleType] = []
+"""The last model file."""
 
 _IMPORTED: dict[str, list[str]] = {}
 """Folder of the last model file, and the modules in it that the model imported."""

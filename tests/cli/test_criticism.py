@@ -133,27 +133,45 @@ def test_a_run_shows_the_priors_its_progress_and_where_the_results_are(hidden, c
     assert output.splitlines()[-1] == f"Results are in {hidden[0] / command}/"
 
 
-def again(earlier, folder, command, tmp_path):
-    """A run with the fits of an earlier one."""
+def again(earlier, folder, command, tmp_path, *options):
+    """A run with what an earlier one kept."""
     shutil.copytree(folder / f"caches of {earlier}", tmp_path / "caches")
     _shared_fits._LAST.clear()
-    words = (command, folder / "study.py", *COMMANDS[command], "--out", tmp_path / "again")
-    return run(*words, caches=tmp_path / "caches")
+    words = (command, folder / "study.py", *(options or COMMANDS[command]))
+    return run(*words, "--out", tmp_path / "again", caches=tmp_path / "caches")
 
 
-def test_a_later_run_takes_the_fits_that_are_there(hidden, tmp_path):
+KEPT = "Found by an earlier run with the same model, data and options"
+
+
+def test_a_run_of_the_same_question_takes_the_answer_that_is_there(hidden, tmp_path):
     folder, output = hidden
     done = again("improve", folder, "improve", tmp_path)
+    assert KEPT in done.output
+    assert KEPT not in output["improve"]
+    first, second = folder / "improve", tmp_path / "again"
+    assert sorted(path.name for path in second.iterdir()) == FILES["improve"]
+    for name in {*FILES["improve"]} - {"run.json", "ledger.json"}:
+        assert (first / name).read_bytes() == (second / name).read_bytes(), name
+    ledgers = [json.loads((out / "ledger.json").read_text()) for out in (first, second)]
+    assert all(ledger.pop("record") for ledger in ledgers)
+    assert ledgers[0] == ledgers[1]
+    files = [
+        json.loads((out / "run.json").read_text())["improve"]["files"] for out in (first, second)
+    ]
+    assert sorted(files[0]) == sorted(files[1])
+
+
+def test_another_question_takes_the_fits_that_are_there(hidden, tmp_path):
+    folder, output = hidden
+    done = again("improve", folder, "improve", tmp_path, "--effects", "point_mass")
     counts = re.search(
         r"Fits and scans of an earlier run that are used again: (\d+) of (.*)", done.output
     )
     assert counts and int(counts[1]) > 0 and f"{tmp_path}/caches/bayes_placement/fits-" in counts[2]
     assert "of an earlier run" not in output["improve"]
-    first, second = (
-        json.loads((out / "ledger.json").read_text())["steps"]
-        for out in (folder / "improve", tmp_path / "again")
-    )
-    assert first == second
+    assert KEPT not in done.output
+    assert "time_delay" not in (tmp_path / "again" / "compared.csv").read_text()
 
 
 def test_check_takes_the_fit_of_improve(hidden, tmp_path):
