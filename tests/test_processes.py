@@ -19,7 +19,7 @@ from loky import get_reusable_executor
 import bayes_placement as bp
 from bayes_placement._shared import parts as _parts
 from bayes_placement._shared import processes as _processes
-from bayes_placement._shared.processes import RARELY, rare_garbage_collection
+from bayes_placement._shared.garbage import RARELY, rare_garbage_collection
 from bayes_placement.criticism.missing._fits_with_errors import fitted_with_errors_in_processes
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis, with_errors
 from bayes_placement.criticism.missing._search import single_effects, with_channels

@@ -1,6 +1,5 @@
 """What every command begins with: its folder, errors for people, and compiled functions."""
 
-import gc
 import hashlib
 import os
 import platform
@@ -46,10 +45,9 @@ def begun(options: Common) -> Iterator["Output"]:
 
             use_compilation_cache()
             fits = folder_of_fits()
-        from .._shared.processes import begin_with_helpers, collect_garbage_rarely
-
-        collect_garbage_rarely()
         if options.searches:
+            from .._shared.processes import begin_with_helpers
+
             begin_with_helpers("bayes_placement.criticism.missing")
         from ._result_folder import result_folder
 
@@ -58,7 +56,6 @@ def begun(options: Common) -> Iterator["Output"]:
             from ._run import Output
 
             yield Output(folder, options.quiet, options.as_json, options.report, fits)
-    gc.freeze()  # or Python looks for garbage among all that it frees at its end anyway
 
 
 SHORTEST_COMPILATION = 0.01

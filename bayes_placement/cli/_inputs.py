@@ -12,7 +12,7 @@ from ..experiment.variants import observing_modes
 from ..io import case, formats, modal_parameters, model
 from ..io._gate import files_read
 from ..io._modal_arrays import holds_modal_parameters
-from ._kept import Kept
+from ._kept import KeptAnswer
 from ._lines import ChosenLines, choose_lines
 from ._run import Output, Run
 from ._terminal import Screen
@@ -90,7 +90,7 @@ def print_data_faults(
     A model of which all natural frequencies are below the lines may stop the command: no effect
     that it lacks raises all of them. What an earlier run found is taken from the folder of fits.
     """
-    answer = Kept(fits, "check_data", study.experiment, measurement)
+    answer = KeptAnswer(fits, "check_data", study.experiment, measurement)
     checks: DataChecks | None = answer.read()
     if checks is None:
         checks = study.experiment.check_data(measurement)

@@ -16,7 +16,7 @@ NOT_WRITTEN = (pickle.PicklingError, AttributeError, TypeError)
 """Raised where an object of the user cannot be written to bytes."""
 
 
-class Kept:
+class KeptAnswer:
     """A result that follows from inputs, the text of the model and versions of libraries alone.
 
     Without a folder nothing is kept.

@@ -14,7 +14,7 @@ from ..experiment.modal_parameters import ModalParameters
 from ..io.model import Study
 from ..positions.names import is_printable
 from ._inputs import Inputs, read_inputs, read_measurement
-from ._kept import Kept
+from ._kept import KeptAnswer
 from ._next_command import command_on
 from ._run import Output
 from ._save import CompletedModel
@@ -117,7 +117,7 @@ class Request:
         effects = self._candidates(inputs.experiment)
 
         asked = command, inputs.experiment, measured, effects, settings
-        answer = Kept(inputs.run.fits, *asked)
+        answer = KeptAnswer(inputs.run.fits, *asked)
         known: Result | None = answer.read()
         if known is not None:
             inputs.screen.text(

@@ -1,5 +1,6 @@
 """The program `bayes-placement`: what is true of it from its first word to its exit code."""
 
+import gc
 import os
 import signal
 import sys
@@ -9,6 +10,7 @@ import warnings
 from types import FrameType
 from typing import Any, NoReturn
 
+from .._shared.garbage import collect_garbage_rarely
 from ._errors import MODEL_FAILS, UNPRINTED, StoppedBySignal
 from ._streams import LastingStream, lasting_streams, printable, printable_warning
 from .app import app
@@ -23,6 +25,7 @@ PATIENCE = 5.0
 
 def run() -> NoReturn:
     """Run a command with words of the command line, and end the process with its exit code."""
+    collect_garbage_rarely()
     output = lasting_streams()
     warnings.formatwarning = printable_warning
     for name in ENDING:
@@ -57,6 +60,7 @@ def _code(code: Any, output: LastingStream | None) -> int:
 
 def _leave(code: int) -> NoReturn:
     """End the process, even where a thread, as of the model file, goes on for ever."""
+    gc.freeze()  # or Python looks for garbage among all that it frees at its end anyway
     threading.Thread(target=_end, args=(code,), daemon=True).start()
     sys.exit(code)
 

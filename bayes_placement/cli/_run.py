@@ -14,7 +14,7 @@ from ..inference.record import now, versions
 from ..io import modal_parameters, netcdf
 from ..io.laws import write_law
 from ._errors import MODEL_FAILS
-from ._kept import Kept
+from ._kept import KeptAnswer
 from ._result_folder import RECORD, ResultFolder, identified, records, source_of
 from ._terminal import Screen
 
@@ -133,7 +133,7 @@ class Run:
 
     def kept(self, write: Callable[["Run"], Result], *inputs: Any) -> Result:
         """Return what is written, with its files, or what an earlier run wrote for these inputs."""
-        answer = Kept(self.fits, self.command, self.with_report, *inputs)
+        answer = KeptAnswer(self.fits, self.command, self.with_report, *inputs)
         result: Result
         if (known := answer.read()) is not None:
             result, files = known

@@ -12,7 +12,7 @@ from typing import Any
 import jax
 
 from .._shared.errors import PackageError
-from .._shared.processes import collect_garbage_rarely
+from .._shared.garbage import collect_garbage_rarely
 from ..criticism.kept_fits import fits_kept_in
 from ..criticism.missing.as_given import fitted_as_given
 from ..criticism.missing.from_values import fitted_from

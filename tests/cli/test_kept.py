@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bayes_placement.cli import _run
-from bayes_placement.cli._kept import Kept
+from bayes_placement.cli._kept import KeptAnswer
 from bayes_placement.io import model
 
 MODEL = """
@@ -33,7 +33,7 @@ def kept_for(folder, noise="2e-5", slope="1.0", question="explain"):
     (folder / "own_law.py").write_text(LAW.replace("SLOPE", slope))
     path = folder / "study.py"
     path.write_text(MODEL.replace("NOISE", noise))
-    return Kept(folder / "fits", question, model.read(path).experiment)
+    return KeptAnswer(folder / "fits", question, model.read(path).experiment)
 
 
 @pytest.mark.parametrize(
@@ -48,9 +48,13 @@ def test_what_follows_from_anything_else_is_found_anew(tmp_path, changed):
 
 
 def test_nothing_is_kept_without_a_folder_nor_of_what_has_no_bytes(tmp_path):
-    for kept in (Kept(None, 1), Kept(tmp_path, lambda: (yield)), Kept(tmp_path, open)):
-        kept.write("found" if kept._files is None else lambda: None)
+    for folder, question in ((None, "law"), (tmp_path, (number for number in ()))):
+        kept = KeptAnswer(folder, question)
+        kept.write("found")
         assert kept.read() is None
+    kept = KeptAnswer(tmp_path, "law")
+    kept.write(lambda: None)
+    assert kept.read() is None
 
 
 def write_two(calls, broken, run):

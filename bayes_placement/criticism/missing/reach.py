@@ -8,8 +8,8 @@ from threadpoolctl import threadpool_limits
 
 from ..._shared.arguments import arguments_checked
 from ..._shared.errors import InputError
+from ..._shared.garbage import rare_garbage_collection
 from ..._shared.parts import done_by
-from ..._shared.processes import rare_garbage_collection
 from ..._shared.progress import Progress, no_progress
 from ...experiment.data_checks.signal import check_signal
 from ...experiment.experiment import Experiment, Measurements
