@@ -142,7 +142,12 @@ States = Annotated[
 Alone = Annotated[bool, typer.Option("--alone", help="Leave out the earlier state.")]
 Port = Annotated[
     int,
-    typer.Option(help="Port of the page on this machine; 0 for a free one.", min=0, max=65535),
+    typer.Option(
+        metavar="NUMBER",
+        help="Port of the page on this machine; 0 for a free one.",
+        min=0,
+        max=65535,
+    ),
 ]
 NoBrowser = Annotated[
     bool, typer.Option("--no-browser", help="Print the address of the page, and open no browser.")
@@ -216,18 +221,25 @@ WriteReport = Annotated[
         help="Write report.html as well, with where to measure next: one file to hand on.",
     ),
 ]
+
+
+def _seed(number: int) -> int:
+    """Refuse a seed that JAX does not take; a range of 19 digits would fill `--help`."""
+    if not 0 <= number < 2**63:
+        raise typer.BadParameter(f"{number} is not between 0 and 2^63 - 1.")
+    return number
+
+
 Seed = Annotated[
     int,
-    typer.Option(
-        metavar="NUMBER", help="The same seed gives the same result.", min=0, max=2**63 - 1
-    ),
+    typer.Option(metavar="NUMBER", help="The same seed gives the same result.", callback=_seed),
 ]
 NoCache = Annotated[
     bool,
     typer.Option(
         "--no-cache",
-        help="Keep neither compiled functions nor fits for the next run in the user's cache "
-        "directory.",
+        help="Search anew, and keep no compiled functions, fits and answers for the next run in "
+        "the user's cache directory.",
     ),
 ]
 Traceback = Annotated[

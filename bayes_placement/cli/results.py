@@ -43,10 +43,10 @@ def run(folder: Path | None, clean: bool, screen: Screen) -> None:
         screen.table(table, "model")
     else:
         screen.text(f"No results are in {top}/.")
+    verdict = _verdict(fits, clean)  # before they are deleted, with their size
     if clean:
         for file in fits:
             file.unlink(missing_ok=True)
-    verdict = _verdict(fits, clean)
     screen.always(verdict)
     rows = table.rename_axis("model").reset_index().to_dict("records")
     answer = {"command": "results", "finished": True, "verdict": verdict, "exit_code": 0}
@@ -69,7 +69,7 @@ def _verdict(fits: list[Path], clean: bool) -> str:
     if not fits:
         return f"No fits are kept in {cache_home()}."
     ages = sorted(map(_age, fits))
-    size = f"{len(fits)} fits, {_megabytes(fits):.1f} MB"
+    size = f"{len(fits)} fit{'s' * (len(fits) > 1)}, {_megabytes(fits):.1f} MB"
     told = f"{size}, the oldest of {ages[-1]:.1f} days, in {cache_home()}"
     return f"Deleted: {told}." if clean else f"{told}; --clean deletes them, results stay."
 

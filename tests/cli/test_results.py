@@ -39,14 +39,14 @@ def test_age_and_sizes_are_told(kept):
         "latest [days]": "0.0",
         "results [MB]": "2.0",
     }
-    told = f"1 fits, 2.0 MB, the oldest of 0.0 days, in {kept / 'bayes_placement'}; --clean deletes"
+    told = f"1 fit, 2.0 MB, the oldest of 0.0 days, in {kept / 'bayes_placement'}; --clean deletes"
     assert told in run(kept / "results")
     assert (kept / FITS / FIT).exists()
 
 
 def test_fits_are_deleted_and_nothing_else(kept):
     before = {path for path in kept.rglob("*") if path.is_file()}
-    run(kept / "results", "--clean")
+    assert "Deleted: 1 fit, 2.0 MB" in run(kept / "results", "--clean")
     gone = before - set(kept.rglob("*"))
     assert gone == {kept / FITS / FIT}
 
