@@ -16,6 +16,7 @@ from .actions import ValuedModel
 from .worker import Told, Worker
 
 if TYPE_CHECKING:
+    from ..criticism.reach.reach import Reach
     from .live import LivePage
 
 
@@ -94,6 +95,7 @@ class Background:
         self._bands = Newest(self._begin_band)
         self._models, self._acts_on = Newest(self._begin_beside), ""
         self._read_by_line: Sequence[str] = ()
+        self._reach: "Reach | None" = None
 
     def look_at_given(self) -> None:
         """Look at the model as given, and at the data."""
@@ -108,6 +110,12 @@ class Background:
     def look_at_band(self, band: Band) -> None:
         """Look at a band beside the model of which the reach is shown."""
         self._bands.choose(band)
+
+    def bound(self, band: Band) -> list[float]:
+        """Return what any law could remove of a band, row by row; none where that is not known."""
+        if self._reach is None or self._reach.in_bands is None:
+            return []
+        return self._reach.any_law_within(*band).tolist()
 
     def look_at_port(self, acts_on: str) -> None:
         """Look at one kind of port beside the models that follow."""
@@ -178,10 +186,10 @@ class Background:
     def _end_reach(self, state: int, content: Any) -> None:
         from . import found  # it takes long to import, and the page stands before
 
-        self._read_by_line = found.read_by_line(content)
+        self._reach, self._read_by_line = content, found.read_by_line(content)
         of = self._page.session.states[state].title
         told = {**found.reach_for_page(content), "of": of}
-        self._page.tell_found("reach", told, found.reach_arrays(content))
+        self._page.tell_found("reach", told)
 
     def _end_band(self, told: Told) -> None:
         words = told.content if told.word == "failed" else ""

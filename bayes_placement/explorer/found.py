@@ -23,7 +23,7 @@ from .steps import as_drawn
 def reach_for_page(reach: Reach) -> dict[str, Any]:
     """Return what laws can do at each place, and the law that the data ask for, kind by kind.
 
-    `rows` of a kind are those of its curve in `reach_arrays`.
+    `rows` of a kind are those of its curve in a bound of a band.
     """
     rows = reach.curves.groupby("acts_on").indices
     kinds = [
@@ -37,20 +37,21 @@ def reach_for_page(reach: Reach) -> dict[str, Any]:
         }
         for kind in reach.to_json()
     ]
-    return {"kinds": kinds, "words": reach.words(), "fails": reach.fails}
+    is_bounded = reach.in_bands is not None
+    return {
+        "kinds": kinds,
+        "words": reach.words(),
+        "fails": reach.fails,
+        "is_bounded": is_bounded,
+    }
 
 
 def read_by_line(reach: Reach) -> list[str]:
     """Return the kinds of ports at which any law is known line by line."""
-    if reach.by_line is None:
+    if reach.in_bands is None:
         return []
     kinds = reach.curves["acts_on"].unique()
     return [str(kind) for kind in kinds if kind not in (*NOWHERE, *OF_MANY)]
-
-
-def reach_arrays(reach: Reach) -> dict[str, np.ndarray]:
-    """Return squares at each line, by which a page bounds the reach of a band; empty without."""
-    return {} if reach.by_line is None else dict(reach.by_line._asdict())
 
 
 def _law(reach: Reach, kind: str) -> Mapping[str, Any] | None:

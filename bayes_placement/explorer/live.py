@@ -168,6 +168,10 @@ class LivePage:
     def _on_band(self, low: float, high: float) -> None:
         self._background.look_at_band((low, high))
 
+    def _on_bound(self, low: float, high: float, serial: int) -> None:
+        shares = self._background.bound((low, high))
+        self.tell("bound", band=(low, high), shares=shares, serial=serial)
+
     def _on_port(self, acts_on: str) -> None:
         self._background.look_at_port(acts_on)
 

@@ -76,6 +76,7 @@ ALLOWED: Mapping[str, Mapping[str, Callable[[Any], bool]]] = {
     "search": {},
     "reach": {},
     "band": {"low": _is_number, "high": _is_number},
+    "bound": {"low": _is_number, "high": _is_number, "serial": _is_count},
     "port": {"acts_on": _is_name},
     "modes": {},
     "stop": {},
@@ -83,7 +84,7 @@ ALLOWED: Mapping[str, Mapping[str, Callable[[Any], bool]]] = {
 }
 """Words and fields of messages, each with what is allowed in it; all are needed."""
 
-PREVIEWS = ("move", "drag")
+PREVIEWS = ("move", "drag", "bound")
 """Words of messages of which only the newest counts."""
 
 

@@ -41,9 +41,11 @@ const structure = new StructurePanel(store, {
 });
 const modes = new Modes(store, structure, () => send({ do: "modes" }));
 
-/** Show reach within a band at once, all else held, also while it is being chosen. */
+/** Bound reach within a band at once, also while it is being chosen. */
 function chooseBand(band) {
   store.band = band;
+  if (band && store.reach?.is_bounded) link.preview({ do: "bound", low: band[0], high: band[1] });
+  if (!band) store.bound = null;
   if (store.reach) structure.reached();
 }
 
@@ -133,13 +135,18 @@ const HEARD = {
     choose();
   },
   reach(header) {
-    Object.assign(store, { reach: header, beside: null });
-    structure.reached();
+    Object.assign(store, { reach: header, beside: null, bound: null });
+    chooseBand(store.band);
     learn.show();
   },
   beside(header) {
     store.beside = header.acts_on ? header : null;
     structure.reached();
+  },
+  bound(header) {
+    if (store.band) store.bound = header;
+    structure.reached();
+    requestAnimationFrame(() => (document.body.dataset.bounded = header.serial));
   },
   band(header) {
     store.reachOfBand = header;
@@ -246,7 +253,7 @@ element("theme").onclick = () => theme(!document.documentElement.hasAttribute("d
 theme(dark.matches);
 
 const link = linked(
-  (header) => HEARD[header.is]?.(header),
+  (header) => (store.model || header.is === "model") && HEARD[header.is]?.(header), // others may stream already
   (isThere) => {
     element("trouble").hidden = isThere;
     if (!isThere) element("trouble").textContent = "The program behind this page does not answer. It goes on once it is back: run the command again.";

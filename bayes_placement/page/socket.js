@@ -68,7 +68,7 @@ class Link {
 
   take(header) {
     this.hear(header);
-    if (header.is === "curves" && header.serial && header.serial >= this.onItsWay) {
+    if (header.is === "error" || header.serial >= this.onItsWay) {
       this.onItsWay = 0;
       if (this.pending) this.preview(this.pending);
     }
@@ -79,7 +79,7 @@ class Link {
     this.carry(JSON.stringify(message));
   }
 
-  /** Send a move, or keep it until the one before is answered: only the newest counts. */
+  /** Send a preview, or keep it until the one before is answered: only the newest counts. */
   preview(message) {
     if (this.onItsWay) {
       this.pending = message;

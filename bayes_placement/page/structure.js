@@ -8,6 +8,7 @@ const MARGIN = 34;
 const NEAR = 14; // pixels within which an effect is taken hold of
 const PROFILE = 0.72; // share of the height above a line that a reach of 100 % takes
 const HELD = "What any law could remove of the misfit here, all other numbers held as they are; a fit of these may remove more";
+const BOUND = "What any law could remove of the misfit of this band, all other numbers refitted to it to first order";
 const NAMES = { displacement: "force", rotation: "moment", cut: "cut", relative: "strut" };
 
 export class StructurePanel {
@@ -36,18 +37,19 @@ export class StructurePanel {
     this.best = kinds.find((kind) => kind.acts_on === this.kind) ?? kinds[0];
     this.kind = this.best?.acts_on ?? null;
     if (this.kind && this.kind !== this.told) this.act.port((this.told = this.kind));
-    const isHeld = kinds.some((kind) => kind.held !== undefined);
+    const [means, words] = this.store.beside ? [HELD, "preview: any law, all else held"] : [BOUND, "upper bound: any law, all else refitted"];
+    const isByAny = kinds.some((kind) => kind.any_law !== undefined);
     element("kinds").replaceChildren(
       ...kinds.map((kind) => {
         const press = () => {
           this.kind = kind.acts_on;
           this.reached();
         };
-        const words = `${NAMES[kind.acts_on] ?? kind.acts_on} ${inWords(kind)}`;
-        const title = kind.held !== undefined ? HELD : `${kind.law_in_words}: removes ${percent(kind.few_numbers)} of the misfit, probability ${kind.best.probability.toPrecision(2)}`;
-        return make("button", { "aria-pressed": String(kind.acts_on === this.kind), title, onclick: press }, words);
+        const label = `${NAMES[kind.acts_on] ?? kind.acts_on} ${inWords(kind)}`;
+        const title = kind.any_law !== undefined ? means : `${kind.law_in_words}: removes ${percent(kind.few_numbers)} of the misfit, probability ${kind.best.probability.toPrecision(2)}`;
+        return make("button", { "aria-pressed": String(kind.acts_on === this.kind), title, onclick: press }, label);
       }),
-      ...(isHeld ? [make("small", { class: "hint", title: HELD }, "preview: any law, all else held")] : []),
+      ...(isByAny ? [make("small", { class: "hint", title: means }, words)] : []),
     );
     this.draw();
   }
@@ -328,7 +330,7 @@ export class StructurePanel {
 }
 
 /** How much of the misfit a law removes; in a preview, what any law could. */
-const inWords = (kind) => (kind.held === undefined ? percent(kind.few_numbers) : `any law ${percent(kind.held)}`);
+const inWords = (kind) => (kind.any_law === undefined ? percent(kind.few_numbers) : `any law ${percent(kind.any_law)}`);
 
 function triangle(pen, x, y, side) {
   pen.beginPath();

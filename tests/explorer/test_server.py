@@ -305,12 +305,28 @@ def test_reach_within_a_band_is_looked_for_once_at_a_time(page):
     talk(page, play)
 
 
-def test_reach_follows_what_is_moved_of_models_the_newest_alone(page):
+class Bounded:
+    """A reach that gives back the band it is asked for."""
+
+    in_bands = ()
+
+    def any_law_within(self, *band):
+        return np.array(band)
+
+
+def test_reach_follows_bands_and_what_is_moved_of_models_the_newest_alone(page):
     """Beside the model of which reach was looked for, that reach stands."""
     background = page._server.page._background
 
     async def play(socket):
         await heard(socket, "state")
+        for serial, reach in enumerate((None, Bounded()), 1):
+            background._reach = reach
+            band = {"low": 30.0, "high": 90.0}
+            await socket.send(json.dumps({"do": "bound", **band, "serial": serial}))
+            bound, _ = await heard(socket, "bound", serial=serial)
+            assert bound["shares"] == ([] if reach is None else [30.0, 90.0])
+            assert bound["band"] == [*band.values()]
         await socket.send('{"do": "go", "state": 0}')
         await socket.send('{"do": "port", "acts_on": "displacement"}')
         beside, _ = await heard(socket, "beside")

@@ -9,7 +9,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement.explorer.candidates import added
-from bayes_placement.explorer.found import actions_of, ledger_for_page, reach_arrays, reach_for_page
+from bayes_placement.explorer.found import actions_of, ledger_for_page, reach_for_page
 from bayes_placement.explorer.session import Session
 from bayes_placement.explorer.steps import chi2, fit
 from bayes_placement.explorer.worker import AskedOfWorker, Worker
@@ -116,13 +116,15 @@ def test_steps_of_a_search_are_states_with_its_numbers(error):
 @pytest.mark.long
 def test_reach_is_laid_out_kind_by_kind():
     found = bp.reach(small.experiment(), small.measured(MASS))
-    header, arrays = unpacked(packed(reach_for_page(found), reach_arrays(found)))
+    header, _ = unpacked(packed(reach_for_page(found), {}))
     best = header["kinds"][0]
     assert best["acts_on"] == "displacement" and not best["is_channel"]
     assert best["best"]["place_m"][0][0] == pytest.approx(0.3, abs=0.01)
     (along,) = np.nonzero(found.curves["acts_on"] == "displacement")
     assert best["rows"] == along.tolist() and len(best["curve"]) == len(along)
-    np.testing.assert_allclose(arrays["left"], found.by_line.left, rtol=1e-6)
+    assert header["is_bounded"]
+    bound = found.any_law_within(small.LINES[0], small.LINES[-1])
+    np.testing.assert_allclose(bound[along], found.curves["any_law"][along], atol=1e-3)
     law = best["measured"]
     size = np.hypot(law["law_real"], law["law_imaginary"])
     np.testing.assert_allclose(size, 0.5 * (2 * np.pi * small.LINES) ** 2, rtol=0.05)

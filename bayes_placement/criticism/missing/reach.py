@@ -130,7 +130,7 @@ def reach(
         )
     found = reach_of(problem, null.fit, *reached)
     progress(1.0)
-    return found if whole is None else replace(found, by_line=None)  # of other lines
+    return found if whole is None else replace(found, in_bands=None)  # of other lines
 
 
 def _ports(experiment: Experiment) -> list[Port]:

@@ -192,6 +192,27 @@ class FreeLaw:
         return float(sizes[np.argmax(moved[1:] >= 0.5 * moved[0])])
 
 
+class FreeOfLaw(NamedTuple):
+    """Residuals `left` by the best law at each line, their change with it, and along all else."""
+
+    left: Channels
+    slope: Channels
+    along: Slopes
+
+    def at_lines(self, lines: Any) -> "FreeOfLaw":
+        """Return the same at some lines."""
+        left, slope = (each[..., lines] for each in (self.left, self.slope))
+        return FreeOfLaw(left, slope, self.along.at_lines(lines, 1.0))
+
+    def normal_equations(self) -> tuple[Any, Any, Any]:
+        """Gradient and curvature along all else, the law following it, and the sum of squares."""
+        gradient, curvature = self.along.products(self.left)  # this has no part along a law
+        crossed = self.along.crossed(self.slope)
+        share = over(crossed, np.sum(np.abs(self.slope) ** 2, axis=1)[:, None])
+        curvature -= np.real(share @ np.conj(crossed).transpose(0, 2, 1))
+        return gradient, curvature, 2 * half_squares(self.left)
+
+
 class AnyLaw:
     """What a descent over all unknowns makes small, the law free at each line."""
 
@@ -212,18 +233,17 @@ class AnyLaw:
         return half_squares(at.left(at.best())) + half_squares(points)
 
     def _normal_equations(self, points: Points) -> NormalEquations:
+        gradient, curvature, squares = self.free_of_law(points).normal_equations()
+        gradient += np.where(np.isin(np.arange(points.shape[1]), self.free.held), 0.0, points)
+        cost = 0.5 * squares + half_squares(points)
+        return NormalEquations(cost, gradient, curvature + np.eye(points.shape[1]), squares)
+
+    def free_of_law(self, points: Points) -> "FreeOfLaw":
+        """What is left at points once the law has done its best at each line."""
         at = self.free.at(points)
         strength = at.best()
         slopes = self.free.slopes(points, strength, 1 - at.receptance * strength)
-        left = at.left(strength)
-        gradient, curvature = slopes.products(left)  # what is left has no part along a law
-        crossed = slopes.crossed(at.slope)
-        share = over(crossed, at.information()[:, None])
-        curvature -= np.real(share @ np.conj(crossed).transpose(0, 2, 1))
-        gradient += np.where(np.isin(np.arange(points.shape[1]), self.free.held), 0.0, points)
-        squares = 2 * half_squares(left)
-        cost = 0.5 * squares + half_squares(points)
-        return NormalEquations(cost, gradient, curvature + np.eye(points.shape[1]), squares)
+        return FreeOfLaw(at.left(strength), at.slope, slopes)
 
 
 def in_parts(points: Points, problem: Problem) -> list[Float[np.ndarray, "some unknown"]]:

@@ -1,9 +1,10 @@
 """What any law could remove beside a model whose unknowns have given values: nothing is fitted."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from jaxtyping import Float, Int
 
 from ..._shared.errors import InputError
 from ...experiment.experiment import Experiment, Measurements
@@ -11,10 +12,20 @@ from ...experiment.variants import with_lines
 from ...inference.residuals import Problem, point_in_problem
 from ..values import point_of
 from ._at_port import MOST_LINES
-from ._by_line import LeftByLine, measured_by_line
-from ._free_law import Points, squares_by_line, tells_phase
+from ._free_law import Points, tells_phase
 from ._ports import Port, can_be_reached, grid, place_columns, ports_of
 from .reach import ends_in_metres, where
+
+
+class LeftByLine(NamedTuple):
+    """Sums of squares at each line: of the model, and with any law at each place.
+
+    So many numbers were `measured` at the line.
+    """
+
+    given: Float[np.ndarray, "line"]
+    left: Float[np.ndarray, "place line"]
+    measured: Int[np.ndarray, "line"]
 
 
 class ReachAtValues:
@@ -51,10 +62,8 @@ class ReachAtValues:
         """Return what is left at these lines and places, with values of the unknowns."""
         point = point_of(self.problem, values)
         read = [port.free.at(port.points_at(point)) for port in self._ports]
-        left = np.concatenate([squares_by_line(at.left(at.best())) for at in read])
-        return LeftByLine(
-            squares_by_line(read[0].free[:1])[0], left, measured_by_line(self.problem)
-        )
+        left = np.concatenate([_squares(at.left(at.best())) for at in read])
+        return LeftByLine(_squares(read[0].free[:1])[0], left, _measured(self.problem))
 
 
 class _PlacesOfPort:
@@ -74,3 +83,16 @@ class _PlacesOfPort:
         points = np.repeat(start[None], len(self._grid), axis=0)
         points[:, self._columns] = self._grid
         return points
+
+
+def _measured(problem: Problem) -> Int[np.ndarray, "line"]:
+    """Return how many numbers were measured at each line."""
+    measured = np.asarray(problem.data.measured)
+    count: np.ndarray = measured.reshape(-1, measured.shape[-1]).sum(axis=0)
+    return count
+
+
+def _squares(residual: Any) -> Float[np.ndarray, "point line"]:
+    """Return the sums of squares over the channels at each line."""
+    squares: np.ndarray = np.sum(np.abs(residual) ** 2, axis=1)
+    return squares

@@ -6,7 +6,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import pandas as pd
-from jaxtyping import Float, Shaped
+from jaxtyping import Float
 from scipy.special import chdtrc, logsumexp
 
 from ..._shared.errors import InputError
@@ -18,9 +18,9 @@ from ...inference.units import three_digits
 from ..locations import ends
 from ._as_measured import as_measured
 from ._at_port import AnyPort, ReachOfPort
-from ._by_line import OF_LAW, LeftByLine, left_by_line
 from ._channels import CHANNELS, NOWHERE
 from ._free_law import Points, tells_phase
+from ._in_bands import OF_LAW, LeftInBands, left_in_bands
 from ._named_laws import NamedLaw, simplest
 from ._of_modes import ReachOfEffect
 from ._reached_channels import reached_channels
@@ -75,8 +75,8 @@ class Reach:
         Whether laws act in the later of two states alone: what is new since the baseline.
     limits
         What such data do not tell, in words; empty of complex FRFs.
-    by_line
-        What any law leaves line by line, see `any_law_within`; of complex FRFs of one state, where
+    in_bands
+        What any law leaves of a band, see `any_law_within`; of complex FRFs of one state, where
         laws were fitted at all lines.
 
     Examples
@@ -93,7 +93,7 @@ class Reach:
     fails: bool | None
     is_new: bool = False
     limits: str = ""
-    by_line: LeftByLine | None = field(default=None, repr=False)
+    in_bands: LeftInBands | None = field(default=None, repr=False)
 
     def kinds(self) -> pd.DataFrame:
         """Best law of each kind of port, and the probability of the kind; the greatest first."""
@@ -143,33 +143,37 @@ class Reach:
             )
         return self.measured[kind].copy()
 
-    def any_law_within(self, lines: Shaped[np.ndarray, "some"]) -> Float[np.ndarray, "row"]:
+    def any_law_within(self, low: float, high: float) -> Float[np.ndarray, "row"]:
         """Share of the misfit of a part of the band that any law could remove.
 
-        All unknowns are as fitted to the whole band, so that it takes no time.
+        All unknowns are refitted to that part, to first order about their fits to the whole band:
+        it takes milliseconds.
 
         Parameters
         ----------
-        lines
-            Numbers of the lines.
+        low
+            Least frequency [Hz]. Of many lines and unknowns a group of lines is taken as a whole.
+        high
+            Greatest frequency [Hz].
 
         Returns
         -------
         array
-            A share [1] for each row of `curves`.
+            A share [1] for each row of `curves`; zero where the model reaches the noise, and where
+            there is no line.
 
         Raises
         ------
         InputError
             If no complex FRFs of one state were measured.
         """
-        if self.by_line is None:
+        if self.in_bands is None:
             raise InputError(
                 "Reach of amplitudes, modes, two states or many lines was given; complex FRFs of "
                 "one state at fewer lines are needed, since a law has two parts at each line: "
                 "observe=bp.observe.Complex()."
             )
-        return self.by_line.any_law(lines)
+        return self.in_bands.any_law(low, high)
 
     def to_json(self) -> list[dict[str, Any]]:
         """Return both curves over places for each kind of port, and its best law, for a file."""
@@ -293,7 +297,7 @@ def reach_of(
         fails,
         is_new=problem.baseline is not None,
         limits=_limits(problem),
-        by_line=left_by_line(problem, fit.point, reaches),
+        in_bands=left_in_bands(problem, fit.point, reaches),
     )
 
 

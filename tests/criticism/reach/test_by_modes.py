@@ -105,4 +105,4 @@ def test_reach_of_a_scanned_mesh_finds_the_node_and_the_law(monkeypatch):
     np.testing.assert_allclose(best[["x", "y", "z"]].astype(float), whole.position[NODE], atol=1e-3)
     assert (best["setting"], best["law"].tree()) == ("along z", "h")
     assert best["chi2_per_datum"] == pytest.approx(1.0, abs=5 * np.sqrt(2 / 1080))
-    assert found.by_line is None  # its lines would be others
+    assert found.in_bands is None  # its lines would be others
