@@ -20,7 +20,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def check_kind(
-    argument: str, value: Any, kinds: type | tuple[type, ...], needed: str, instead: str
+    argument: str, value: object, kinds: type | tuple[type, ...], needed: str, instead: str
 ) -> None:
     """Refuse another kind, with what is `needed` and why, and the line that fixes it."""
     if not isinstance(value, kinds):
@@ -34,7 +34,7 @@ def check_count(argument: str, value: Any, least: int, instead: str) -> None:
         raise InputError(f"{words}, since it counts: {instead}.")
 
 
-def finite_number(argument: str, value: Any, instead: str) -> float:
+def finite_number(argument: str, value: object, instead: str) -> float:
     """Return one finite number."""
     number = np.asarray(value)
     if number.dtype.kind not in "iuf" or number.ndim or not np.isfinite(number):
@@ -43,7 +43,7 @@ def finite_number(argument: str, value: Any, instead: str) -> float:
     return float(number)
 
 
-def check_positive(argument: str, value: Any, instead: str, most: float = np.inf) -> None:
+def check_positive(argument: str, value: object, instead: str, most: float = np.inf) -> None:
     """Refuse what is no number above zero, or is above a greatest one."""
     if not 0 < finite_number(argument, value, instead) <= most:
         limit = "" if most == np.inf else f" and up to {most:g}"
@@ -53,7 +53,7 @@ def check_positive(argument: str, value: Any, instead: str, most: float = np.inf
         )
 
 
-def shown(value: Any) -> str:
+def shown(value: object) -> str:
     """Write what was given briefly: a text or a number itself, all else by its kind."""
     if isinstance(value, str | int | float | type(None)):
         return repr(value)
@@ -81,7 +81,7 @@ def arguments_checked(function: Function) -> Function:
     signature = inspect.signature(function)
 
     @functools.wraps(function)
-    def checked(*positional: Any, **named: Any) -> Any:
+    def checked(*positional: object, **named: Any) -> Any:
         try:
             bound = signature.bind(*positional, **named)
         except TypeError as error:  # one is missing, or has another name
@@ -103,7 +103,7 @@ def check_fields(module: Any, *but: str) -> None:
             check_annotated(field.name, getattr(module, field.name), field.type)
 
 
-def check_annotated(name: str, value: Any, annotation: Any) -> None:
+def check_annotated(name: str, value: object, annotation: object) -> None:
     """Raise an InputError if a value is of another kind than an annotation says."""
     kind = _kind(annotation)
     if not kind.allows(value):
@@ -112,7 +112,7 @@ def check_annotated(name: str, value: Any, annotation: Any) -> None:
 
 
 @functools.cache
-def _kind(annotation: Any) -> _Kind:
+def _kind(annotation: object) -> _Kind:
     """Kind of an annotation; anything where nothing is known of it."""
     origin, inner = get_origin(annotation), _kinds_within(annotation)
     if origin in (Union, types.UnionType) or isinstance(annotation, TypeVar):
@@ -139,7 +139,7 @@ def _kind(annotation: Any) -> _Kind:
     return _ANYTHING
 
 
-def _kinds_within(annotation: Any) -> list[_Kind]:
+def _kinds_within(annotation: object) -> list[_Kind]:
     """Kinds of the annotations within an annotation; of a common union one."""
     parts = _parts(annotation)
     for union, kind in _UNIONS:
@@ -149,7 +149,7 @@ def _kinds_within(annotation: Any) -> list[_Kind]:
     return [_kind(part) for part in parts]
 
 
-def _parts(annotation: Any) -> list[Any]:
+def _parts(annotation: object) -> list[Any]:
     """Annotations within an annotation; a type variable stands for what binds it."""
     if isinstance(annotation, TypeVar):
         return [*annotation.__constraints__] or [annotation.__bound__ or Any]
@@ -160,7 +160,7 @@ def _parts(annotation: Any) -> list[Any]:
 def _list_of(inner: list[_Kind], fixed: bool) -> _Kind:
     """A list, each entry of a kind; of fixed length, each entry of its own."""
 
-    def allows(value: Any) -> bool:
+    def allows(value: object) -> bool:
         if isinstance(value, np.ndarray | Array):
             of_numbers = bool(inner) and inner[0] in (_KINDS[int], _NUMBER)
             return (value.ndim == 1 if of_numbers else value.ndim > 0) and value.dtype.kind != "U"
@@ -178,7 +178,7 @@ def _list_of(inner: list[_Kind], fixed: bool) -> _Kind:
 
 
 def _mapping_to(inner: _Kind) -> _Kind:
-    def allows(value: Any) -> bool:
+    def allows(value: object) -> bool:
         return isinstance(value, Mapping) and all(inner.allows(entry) for entry in value.values())
 
     words = f"a dictionary, each name with {inner.words},"
@@ -208,7 +208,7 @@ def _object_of(kind: type) -> _Kind:
         return _Kind(lambda value: isinstance(value, kind), words, f"{kind.__name__}(...)")
     names = {name for name in vars(kind) if not name.startswith("_")}
 
-    def allows(value: Any) -> bool:
+    def allows(value: object) -> bool:
         return not isinstance(value, type) and names <= {*dir(value)}
 
     return _Kind(allows, f"an object with {', '.join(sorted(names))}")
@@ -220,14 +220,14 @@ def _object_named(name: str) -> _Kind:
     return _Kind(lambda value: name in [base.__name__ for base in type(value).__mro__], words)
 
 
-def _is_numeric(value: Any) -> bool:
+def _is_numeric(value: object) -> bool:
     """Whether it is an array of numbers, or can be made into it; NaN is no number."""
     if isinstance(value, jax.core.Tracer):
         return True
     return _is_array_like(value) and not np.isnan(np.asarray(value)).any()
 
 
-def _is_array_like(value: Any) -> bool:
+def _is_array_like(value: object) -> bool:
     try:
         return np.asarray(value).dtype.kind in "biufc"
     except (ValueError, TypeError):  # rows of different lengths
@@ -241,7 +241,7 @@ def _is_finite_number(value: Any) -> bool:
     return bool(number and np.isfinite(value))
 
 
-def _is_count(value: Any) -> bool:
+def _is_count(value: object) -> bool:
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 

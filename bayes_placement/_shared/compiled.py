@@ -39,7 +39,7 @@ def compiled(function: Callable[..., Result]) -> "Compiled[Result]":
     return Compiled(function)
 
 
-def of_jax(tree: Any) -> Any:
+def of_jax(tree: object) -> Any:
     """Return a tree whose arrays are of JAX, where large ones are computed with again and again.
 
     One of NumPy is copied at each call, unless it happens to begin at a multiple of 64 bytes: a
@@ -61,7 +61,7 @@ class Compiled(Generic[Result]):
         return self.bound(*arguments)()
 
     def bound(
-        self, *trees: Any, effort: int | None = None, is_long: bool = False
+        self, *trees: object, effort: int | None = None, is_long: bool = False
     ) -> "Bound[Result]":
         """Return it with its first arguments given, which are then taken apart only once.
 
@@ -83,7 +83,7 @@ class Bound(Generic[Result]):
     def __init__(
         self,
         function: Callable[..., Result],
-        trees: tuple[Any, ...],
+        trees: tuple[object, ...],
         effort: int | None = None,
         is_long: bool = False,
     ):
@@ -93,18 +93,18 @@ class Bound(Generic[Result]):
         if self._parts.key in _STEERED:
             self._parts = self._parts.with_fixed_floats()
 
-    def prepare(self, *arguments: Any) -> None:
+    def prepare(self, *arguments: object) -> None:
         """Compile it for arguments of the shapes of these, unless that is done. Any thread may."""
         self._tried(lambda parts: self._jitted(parts).lower(parts.numbers, arguments).compile())
 
-    def program(self, *arguments: Any) -> Any:
+    def program(self, *arguments: object) -> Any:
         """Return its JAX program for arguments of these shapes; traced once, not compiled."""
         closed = self._tried(
             lambda parts: self._jitted(parts).trace(parts.numbers, arguments).jaxpr
         )
         return closed.jaxpr  # type: ignore[attr-defined]
 
-    def outcome(self, *arguments: Any) -> Any:
+    def outcome(self, *arguments: object) -> Any:
         """Return what it returns for arguments of these shapes, shapes in place of arrays."""
         return self._tried(
             lambda parts: self._jitted(parts).trace(parts.numbers, arguments).out_info
@@ -154,7 +154,7 @@ class _Fields:
         return kind.tree_unflatten(auxiliary, tuple(value[name] for name in names))
 
 
-def with_sorted_fields(tree: Any) -> Any:
+def with_sorted_fields(tree: object) -> Any:
     """Return the tree with each distribution flattened by the names of its fields.
 
     NumPyro flattens them in the order of a set, another one in each process, and a program whose
@@ -167,7 +167,7 @@ def with_sorted_fields(tree: Any) -> Any:
     )
 
 
-def _is_distribution(leaf: Any) -> bool:
+def _is_distribution(leaf: object) -> bool:
     return isinstance(leaf, Distribution)
 
 
@@ -204,20 +204,20 @@ def _parts(form: _Form, leaves: list[Any], is_input: Callable[[Any], bool]) -> _
     return _Parts(key, leaves, [_of_stated_type(leaf) for leaf in leaves if is_input(leaf)])
 
 
-def _of_stated_type(leaf: Any) -> Any:
+def _of_stated_type(leaf: object) -> Any:
     """A number whose type JAX does not adapt: it compiles once more for one that it would."""
     if isinstance(leaf, jax.core.Tracer) or not getattr(leaf, "weak_type", _is_of_python(leaf)):
         return leaf
     return np.asarray(leaf)
 
 
-def _is_of_python(leaf: Any) -> bool:
+def _is_of_python(leaf: object) -> bool:
     return type(leaf) in (float, complex)
 
 
 @functools.lru_cache(maxsize=MOST_PROGRAMS)
 def _jitted(key: _Key, options: _Options) -> Any:
-    def function(numbers: list[Any], arguments: tuple[Any, ...]) -> Any:
+    def function(numbers: list[Any], arguments: tuple[object, ...]) -> Any:
         inputs = iter(numbers)
         leaves = [next(inputs) if leaf is _INPUT else leaf for leaf in key.fixed]
         return key.form.function(*jax.tree.unflatten(key.form.structure, leaves), *arguments)
@@ -257,11 +257,11 @@ def _options(effort: int | None, is_long: bool) -> _Options:
     return (*fast, ("xla_backend_optimization_level", effort))
 
 
-def _is_array(leaf: Any) -> bool:
+def _is_array(leaf: object) -> bool:
     return isinstance(leaf, np.ndarray | np.generic | jax.Array)
 
 
-def _is_number(leaf: Any) -> bool:
+def _is_number(leaf: object) -> bool:
     return _is_array(leaf) or isinstance(leaf, float | complex)
 
 

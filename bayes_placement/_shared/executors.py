@@ -72,7 +72,7 @@ class WorkerProcesses(Executor):
         self._count = count
         self._pool = self._new_pool()
 
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+    def submit(self, fn: Callable[..., Any], /, *args: object, **kwargs: Any) -> Future[Any]:
         """Call a function in one of the processes."""
         try:
             return self._pool.submit(fn, *args, **kwargs)

@@ -121,7 +121,7 @@ def _to_disk(path: Path) -> None:
         os.close(handle)
 
 
-def write_json(path: str | Path, content: Any) -> Path:
+def write_json(path: str | Path, content: object) -> Path:
     """Write numbers and words as JSON, atomically."""
     text = json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False)
     return write_atomically(
@@ -142,7 +142,7 @@ def write_csv(path: str | Path | None, table: "pd.DataFrame", **settings: Any) -
     return text
 
 
-def _no_formula(cell: Any) -> Any:
+def _no_formula(cell: object) -> Any:
     if not isinstance(cell, str) or not cell.startswith(("=", "+", "-", "@")):
         return cell
     try:

@@ -110,7 +110,7 @@ def shared_in_any_order(
         yield from queue.results()
 
 
-def begun_in_helper(function: Callable[..., Result], *arguments: Any) -> Callable[[], Result]:
+def begun_in_helper(function: Callable[..., Result], *arguments: object) -> Callable[[], Result]:
     """Begin a task in a helper, and return what awaits its result; what it raises is raised there.
 
     Where no search has started helpers, the task is done here at once: a new one takes longer to

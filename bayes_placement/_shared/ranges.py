@@ -72,7 +72,7 @@ def described(prior: Any) -> str:
     return f"{type(prior).__name__}({', '.join(_number(v) for v in values if v is not None)})"
 
 
-def _transformed(transform: Any, words: str) -> str:
+def _transformed(transform: object, words: str) -> str:
     """Write a transform of what is described by words: -1 + exp(Normal(0, 1.5))."""
     if isinstance(transform, AffineTransform):
         location, scale = _number(transform.loc), _number(transform.scale)
@@ -81,7 +81,7 @@ def _transformed(transform: Any, words: str) -> str:
     return f"{type(transform).__name__.removesuffix('Transform').lower()}({words})"
 
 
-def _number(value: Any) -> str:
+def _number(value: object) -> str:
     """Write a number, or the first and the last of several; `traced` where it has no value yet."""
     if isinstance(value, jax.core.Tracer):
         return "traced"
@@ -150,7 +150,7 @@ PLAIN = {ExpTransform: np.exp, SinhTransform: np.sinh}
 """Functions of NumPy that transforms are."""
 
 
-def is_plain(transform: Any) -> bool:
+def is_plain(transform: object) -> bool:
     """Tell whether a transform is computed by NumPy."""
     return isinstance(transform, AffineTransform) or type(transform) in PLAIN
 
@@ -174,7 +174,7 @@ def plain_quantile(distribution: Distribution, normal: np.ndarray) -> np.ndarray
     return value
 
 
-def _applied(transform: Any, value: np.ndarray) -> np.ndarray:
+def _applied(transform: object, value: np.ndarray) -> np.ndarray:
     if isinstance(transform, AffineTransform):
         return np.asarray(transform.loc) + np.asarray(transform.scale) * value
     with np.errstate(over="ignore"):  # infinite far out, as by JAX

@@ -41,7 +41,7 @@ def with_short_repr(kind: Kind) -> Kind:
     return kind
 
 
-def short_repr(noun: Any) -> str:
+def short_repr(noun: object) -> str:
     """Write a noun in one line: its class, and its fields that differ from their defaults.
 
     Numbers have four digits, and units where their fields state them; arrays are written by their
@@ -56,7 +56,7 @@ def short_repr(noun: Any) -> str:
     return f"{type(noun).__name__}({', '.join([*shown, *rest])})"
 
 
-def noun_html(noun: Any) -> str:
+def noun_html(noun: object) -> str:
     """Return HTML of a noun: its line, and the table of its priors, or of its fields without."""
     priors = unknowns(noun)
     return notebook_html(repr(noun), prior_frame(priors) if priors else _field_frame(noun))
@@ -136,7 +136,7 @@ def _default(field: "dataclasses.Field[Any]") -> Any:
     return field.default if factory is dataclasses.MISSING else factory()
 
 
-def _unit(field: "dataclasses.Field[Any]", noun: Any) -> str:
+def _unit(field: "dataclasses.Field[Any]", noun: object) -> str:
     unit = stated_unit(field.metadata, noun)
     return "" if unit == "1" else unit
 
@@ -150,7 +150,7 @@ def _is_default(field: _Field) -> bool:
     return in_words(value) == in_words(default)
 
 
-def _field_frame(noun: Any) -> "pd.DataFrame":
+def _field_frame(noun: object) -> "pd.DataFrame":
     import pandas as pd
 
     rows = [(field.name, in_words(field.value), field.unit) for field in _fields(noun)]
@@ -167,12 +167,12 @@ def _with_unit(field: _Field) -> str:
     return f"{words} [{field.unit}]" if is_sentence else f"{words} {field.unit}"
 
 
-def _is_noun(value: Any) -> bool:
+def _is_noun(value: object) -> bool:
     named_tuple = isinstance(value, tuple) and "_fields" in dir(value)
     return dataclasses.is_dataclass(value) or named_tuple
 
 
-def in_words(value: Any) -> str:
+def in_words(value: object) -> str:
     """Write what a field holds: a number with four digits, a prior by its name and arguments."""
     if isinstance(value, Distribution):
         return described(value)
@@ -213,14 +213,14 @@ def _list_in_words(entries: Sequence[Any]) -> str:
     return f"{opening}{first}, ..., {last}{closing} of {len(entries)}"
 
 
-def _mapping_in_words(entries: Mapping[Any, Any]) -> str:
+def _mapping_in_words(entries: Mapping[object, object]) -> str:
     if len(entries) > MOST_ENTRIES:
         return f"{{{', '.join(map(repr, [*entries][:2]))}, ...}} of {len(entries)}"
     pairs = (f"{key!r}: {in_words(value)}" for key, value in entries.items())
     return f"{{{', '.join(pairs)}}}"
 
 
-def _nested(value: Any) -> str:
+def _nested(value: object) -> str:
     """Write a noun within a noun, by its class alone where that is no short word."""
     words = repr(value)
     is_sentence = any(mark in words for mark in ("\n", ": ", " object at 0x"))

@@ -11,7 +11,7 @@ from .ranges import described
 from .sites import is_unknown
 
 
-def check_scalar(name: str, value: Any) -> None:
+def check_scalar(name: str, value: object) -> None:
     """Refuse several numbers, or a distribution of several, in the place of one."""
     if isinstance(value, list | tuple | dict):
         words = shown(value)

@@ -98,7 +98,7 @@ class _Steps(NamedTuple):
     stands_for: str | None = None
     law_units: Mapping[str, str] = MappingProxyType({})
 
-    def step(self, node: Any, key: Any) -> "_Steps":
+    def step(self, node: object, key: object) -> "_Steps":
         """Take one more step, from a node of the tree by a key."""
         metadata = _metadata(node, key)
         word = _word(key)
@@ -132,12 +132,12 @@ STANDS_FOR = "stands for"
 """Metadata of a field that takes the place of another leaf: the field that holds its name."""
 
 
-def is_unknown(leaf: Any) -> bool:
+def is_unknown(leaf: object) -> bool:
     """Tell whether a leaf is still a distribution."""
     return isinstance(leaf, Distribution)
 
 
-def is_open(leaf: Any) -> bool:
+def is_open(leaf: object) -> bool:
     """Tell whether a leaf is no number yet: a distribution, or an input of a compiled function."""
     return is_unknown(leaf) or isinstance(leaf, jax.core.Tracer)
 
@@ -158,7 +158,7 @@ def unit(
     return {"unit": word, "within": within} | ({} if role is None else {"role_of_field": role})
 
 
-def stated_unit(metadata: Mapping[str, Any], owner: Any, default: str = "") -> str:
+def stated_unit(metadata: Mapping[str, object], owner: object, default: str = "") -> str:
     """Unit that the metadata of a field of an object state."""
     stated = metadata.get("unit", default)
     return str(stated(owner) if callable(stated) else stated)
@@ -183,7 +183,7 @@ def realise(tree: Tree, where: Callable[[Unknown], bool] = lambda unknown: True)
     return _mapped(tree, sample)
 
 
-def substitute(tree: Tree, values: Mapping[str, Any]) -> Tree:
+def substitute(tree: Tree, values: Mapping[str, object]) -> Tree:
     """Put numbers in the place of distributions, by name."""
     names = [unknown.name for unknown in unknowns(tree)]
     check_kind(
@@ -223,14 +223,14 @@ def settled(tree: Tree) -> Tree:
     return _mapped(tree, lambda unknown: unknown.distribution)
 
 
-def unknowns(tree: Any) -> list[Unknown]:
+def unknowns(tree: object) -> list[Unknown]:
     """List the distributions of a tree in the order in which they are sampled."""
     leaves, structure = _flattened(tree)
     described_leaves = zip(_descriptions(structure), leaves, strict=True)
     return [_unknown(of, leaf) for of, leaf in described_leaves if _is_sampled(of, leaf)]
 
 
-def check_numbers(tree: Any, attribute: str) -> None:
+def check_numbers(tree: object, attribute: str) -> None:
     """Refuse, by an InputError, to compute an attribute of what holds distributions."""
     names = ", ".join(unknown.name for unknown in unknowns(tree))
     if names:
@@ -241,7 +241,7 @@ def check_numbers(tree: Any, attribute: str) -> None:
         )
 
 
-def leaves_with_unit(tree: Any) -> list[Leaf]:
+def leaves_with_unit(tree: object) -> list[Leaf]:
     """List numbers and distributions of a tree whose fields have a unit, with their paths."""
     leaves, structure = _flattened(tree)
     described_leaves = zip(_descriptions(structure), leaves, strict=True)
@@ -270,17 +270,17 @@ class _Description(NamedTuple):
     taken_by: int | None = None
 
 
-def _is_sampled(of: _Description, leaf: Any) -> bool:
+def _is_sampled(of: _Description, leaf: object) -> bool:
     """Whether a leaf is a distribution that no other leaf stands for."""
     return isinstance(leaf, Distribution) and of.taken_by is None
 
 
-def _flattened(tree: Any) -> tuple[list[Any], Any]:
+def _flattened(tree: object) -> tuple[list[Any], Any]:
     """Leaves of a tree, a distribution being one, and its structure."""
     return jax.tree.flatten(tree, is_leaf=lambda leaf: isinstance(leaf, Distribution))
 
 
-def _descriptions(structure: Any) -> tuple[_Description, ...]:
+def _descriptions(structure: object) -> tuple[_Description, ...]:
     """Description of each leaf of a structure: trees of one structure are asked for many times."""
     try:
         return _kept_descriptions(structure)
@@ -322,13 +322,13 @@ def _unknown(of: _Description, leaf: Distribution) -> Unknown:
     return Unknown(*known, tuple(path), steps.within)
 
 
-def _leaf(of: _Description, leaf: Any) -> Leaf:
+def _leaf(of: _Description, leaf: object) -> Leaf:
     steps = of.steps
     field = (steps.path or ("",))[0]
     return Leaf(steps.owner, field, of.name, steps.unit, leaf, steps.within)
 
 
-def _steps(tree: Any, path: tuple[Any, ...]) -> _Steps:
+def _steps(tree: object, path: tuple[object, ...]) -> _Steps:
     """What is known of a leaf at the end of its path."""
     node, steps = tree, _Steps()
     for key in path:
@@ -337,7 +337,7 @@ def _steps(tree: Any, path: tuple[Any, ...]) -> _Steps:
     return steps
 
 
-def _metadata(node: Any, key: Any) -> Mapping[str, Any]:
+def _metadata(node: object, key: object) -> Mapping[str, Any]:
     if not (isinstance(key, GetAttrKey) and isinstance(node, eqx.Module)):
         return {}
     metadata: Mapping[str, Any] = node.__dataclass_fields__[key.name].metadata
@@ -352,7 +352,7 @@ def _child(node: Any, key: Any) -> Any:
     return node[key.idx] if isinstance(key, SequenceKey) else None
 
 
-def _word(key: Any) -> str:
+def _word(key: object) -> str:
     if isinstance(key, GetAttrKey):
         return key.name
     if isinstance(key, DictKey):

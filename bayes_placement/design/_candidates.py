@@ -66,7 +66,7 @@ class Candidates(NamedTuple):
         return positions, {name: np.array([at[name] for at in chosen.nominal]) for name in names}
 
 
-def candidates(experiment: Experiment, places: Mapping[str, Any]) -> list[Candidates]:
+def candidates(experiment: Experiment, places: Mapping[str, object]) -> list[Candidates]:
     """Candidates of each transducer at places [m], clipped to the structure, with its tolerance."""
     if not places:
         raise InputError(

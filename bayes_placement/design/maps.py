@@ -25,7 +25,7 @@ SIGNIFICANT = 2.0
 @arguments_checked
 def information_map(
     experiment: Experiment,
-    places: Mapping[str, Sequence[Any] | np.ndarray],
+    places: Mapping[str, Sequence[object] | np.ndarray],
     *,
     estimator: Estimator | None = None,
     about: Sequence[str] | None = None,

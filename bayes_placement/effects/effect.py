@@ -152,7 +152,7 @@ class Effect(eqx.Module):
         """
         return ""
 
-    def twin(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
+    def twin(self, values: Mapping[str, object]) -> Mapping[str, Any]:
         """Return other values of its fields at which it acts almost alike; mostly none."""
         return {}
 
@@ -328,7 +328,7 @@ class Hinged(StructureEffect):
 
 
 def at_each(
-    kind: Callable[..., Placed], places: Sequence[tuple[Any, Axis]], *numbers: Any
+    kind: Callable[..., Placed], places: Sequence[tuple[object, Axis]], *numbers: object
 ) -> list[Placed]:
     """Effects of one kind at places and along directions, with the same priors of their numbers."""
     return [kind(place, *numbers, direction=direction) for place, direction in places]
@@ -342,6 +342,6 @@ def placed(effect: Placed, modes: Modes, field: str = "at") -> Placed:
     return eqx.tree_at(lambda tree: getattr(tree, field), effect, place, is_leaf=_is_place)
 
 
-def _is_place(leaf: Any) -> bool:
+def _is_place(leaf: object) -> bool:
     """Tell whether a leaf is a place that a structure makes definite."""
     return is_unknown(leaf) or isinstance(leaf, Tolerance | InSpace)

@@ -45,7 +45,7 @@ def without_flat_edges(effect: "OverExtent") -> "OverExtent":
     return dataclasses.replace(effect, extent=edges)
 
 
-def check_extent(name: str, extent: Any, modes: Modes) -> None:
+def check_extent(name: str, extent: object, modes: Modes) -> None:
     """Refuse an extent of another number of edges than the structure has coordinates."""
     edges = len(extent) if isinstance(extent, tuple | list) else 1
     needed = 3 if in_space(modes.bounds()) else 1

@@ -108,7 +108,7 @@ def _log_prior(experiment: Experiment, values: Values) -> xr.Dataset:
     return numbered(xr.Dataset(variables))
 
 
-def _log_prob(distribution: Distribution, values: Any) -> Any:
+def _log_prob(distribution: Distribution, values: object) -> Any:
     return distribution.log_prob(values)
 
 

@@ -16,7 +16,7 @@ JointDraws: TypeAlias = dict[str, np.ndarray]
 """Draws of equal weight that belong together [draw, ...], by the name of the unknown."""
 
 
-def draws_of(posterior: xr.DataTree | Mapping[str, Any] | None) -> JointDraws | None:
+def draws_of(posterior: xr.DataTree | Mapping[str, object] | None) -> JointDraws | None:
     """Draws [draw, ...] by name, from a result of `infer` (chains in a row) or from such draws."""
     check_annotated("after", posterior, xr.DataTree | Mapping[str, Any] | None)
     if posterior is None:

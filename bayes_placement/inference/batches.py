@@ -46,7 +46,7 @@ class Form:
         sources = (None if source is None else next(counter) for source in self.sources)
         return Form(self.structure, tuple(sources))
 
-    def filled(self, numbers: Sequence[Array], shared: Sequence[Any]) -> Experiment:
+    def filled(self, numbers: Sequence[Array], shared: Sequence[object]) -> Experiment:
         """Return the experiment with these numbers, once the form is apart from a declared one."""
         inputs = iter(numbers)
         leaves = [next(inputs) if source is None else shared[source] for source in self.sources]
@@ -58,7 +58,7 @@ class Form:
 class Batch:
     """Numbers of experiments [point, ...], and their form; shapes alone where traced."""
 
-    def __init__(self, numbers: Sequence[Any], form: Form):
+    def __init__(self, numbers: Sequence[object], form: Form):
         self.numbers = list(numbers)
         self.form = form
 
@@ -67,7 +67,7 @@ class Batch:
         return self.numbers, self.form
 
     @classmethod
-    def tree_unflatten(cls, form: Form, numbers: Sequence[Any]) -> "Batch":
+    def tree_unflatten(cls, form: Form, numbers: Sequence[object]) -> "Batch":
         """Return the batch."""
         return cls(numbers, form)
 
@@ -145,7 +145,7 @@ class BatchedFunction:
         self,
         arrays: Sequence[np.ndarray],
         points: np.ndarray,
-        arguments: tuple[Any, ...],
+        arguments: tuple[object, ...],
         begin: int,
     ) -> None:
         batch = points[begin : begin + self._size]

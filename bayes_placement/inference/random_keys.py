@@ -13,7 +13,7 @@ _LARGEST = 2**63
 """Integers below are attributes of files."""
 
 
-def jax_key(key: Any) -> Key:
+def jax_key(key: object) -> Key:
     """Return the JAX key of a seed; a key stays as it is.
 
     A seed is an integer of Python or NumPy.
@@ -21,7 +21,7 @@ def jax_key(key: Any) -> Key:
     return jax.random.PRNGKey(_integer(key)) if _is_integer(key) else _checked(key)
 
 
-def integer_seed(key: Any) -> int:
+def integer_seed(key: object) -> int:
     """Return the integer from which `numpy.random.default_rng` starts; see `jax_key`.
 
     That of `jax.random.key(3)` is 3.
@@ -39,7 +39,7 @@ def recorded_seed(key: Any) -> int | list[int]:
     return int(key) if _is_integer(key) else _words(_checked(key))
 
 
-def _is_integer(key: Any) -> bool:
+def _is_integer(key: object) -> bool:
     if isinstance(key, bool | np.bool_):
         return False
     return isinstance(key, int | np.integer) or _is_array(key, 0, jnp.integer)
@@ -55,7 +55,7 @@ def _integer(key: Any) -> int:
     return int(key)
 
 
-def _checked(key: Any) -> Key:
+def _checked(key: object) -> Key:
     if _is_array(key, 0, jax.dtypes.prng_key) or _is_array(key, 1, jnp.uint32):
         return key
     raise InputError(

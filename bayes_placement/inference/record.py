@@ -21,7 +21,7 @@ def now() -> str:
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
-def origin(experiment: Experiment, measured: Any) -> dict[str, str]:
+def origin(experiment: Experiment, measured: object) -> dict[str, str]:
     """Date, and hashes of the experiment and of what was measured.
 
     They are `date` in UTC, `experiment_sha256` and `measurement_sha256`; a hash is empty where an
@@ -34,7 +34,7 @@ def origin(experiment: Experiment, measured: Any) -> dict[str, str]:
     }
 
 
-def record(experiment: Experiment, measured: Any, seed: int = 0) -> dict[str, Any]:
+def record(experiment: Experiment, measured: object, seed: int = 0) -> dict[str, Any]:
     """What a file of results says of its origin.
 
     Besides its origin the `versions`, the `seed` of all random numbers, 0 where a method takes
@@ -48,7 +48,7 @@ def record(experiment: Experiment, measured: Any, seed: int = 0) -> dict[str, An
     }
 
 
-def _hash_or_nothing(value: Any) -> str:
+def _hash_or_nothing(value: object) -> str:
     try:
         return content_hash(value)
     except (pickle.PicklingError, TypeError, AttributeError):  # such as an open file in an effect

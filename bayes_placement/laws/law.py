@@ -123,10 +123,10 @@ class Law(eqx.Module):
         sentences = [] if is_grounded(self.tree()) else [FLOATING]
         return notebook_html(repr(self), table(self), sentences, self.drawing())
 
-    def __or__(self, other: Any) -> "Parallel":
+    def __or__(self, other: object) -> "Parallel":
         return Parallel((*_parts(self, Parallel), *_parts(other, Parallel)))
 
-    def __sub__(self, other: Any) -> "Series":
+    def __sub__(self, other: object) -> "Series":
         return Series((*_parts(self, Series), *_parts(other, Series)))
 
     def __rmul__(self, strength: Parameter) -> "Scaled":
@@ -274,7 +274,7 @@ class Scaled(Law):
         return f"{_value(self.strength)} * {law}"
 
 
-def _parts(law: Any, kind: type[Group]) -> tuple[Any, ...]:
+def _parts(law: object, kind: type[Group]) -> tuple[Any, ...]:
     """Parts of a group of a kind, which joins a greater one of it; else the law itself."""
     if not isinstance(law, Law):
         raise _no_network(shown(law))
@@ -293,5 +293,5 @@ def _times(numerator: Any, denominator: Any) -> Any:
     return numerator if denominator is ONE else numerator * denominator
 
 
-def _value(value: Any) -> str:
+def _value(value: object) -> str:
     return described(value) if is_unknown(value) else repr(value)

@@ -132,7 +132,7 @@ class NetworkRows:
         assert law is not None
         return law
 
-    def _element(self, letter: str, size: Any, order: Any, loss: Any) -> Law:
+    def _element(self, letter: str, size: object, order: object, loss: object) -> Law:
         kind = ELEMENTS[letter][0]
         if letter == "p":
             return kind(size, order, self.middle / (2 * np.pi))
@@ -158,7 +158,7 @@ def _shared_out(size: Any, by: float) -> Any:
     )
 
 
-def _loss(other: Any) -> Any:
+def _loss(other: object) -> Any:
     """Loss factors at coordinates."""
     return LOSS * np.exp(DECADES_OF_LOSS * np.log(10.0) * other)
 

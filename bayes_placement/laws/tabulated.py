@@ -1,7 +1,7 @@
 """A law that is known line by line: measured, or from a catalogue."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import equinox as eqx
 import jax
@@ -24,15 +24,15 @@ COMPLIANCES = ("m/N", "rad/(N m)")
 """Units of tables of a compliance, as a law in a cut is measured."""
 
 
-def _lines(values: Any) -> tuple[float, ...]:
+def _lines(values: object) -> tuple[float, ...]:
     return tuple(_row("frequency", values, "iuf").astype(float).tolist())
 
 
-def _complex_numbers(values: Any) -> tuple[complex, ...]:
+def _complex_numbers(values: object) -> tuple[complex, ...]:
     return tuple(_row("stiffness", values, "iufc").astype(complex).tolist())
 
 
-def _row(name: str, values: Any, kinds: str) -> np.ndarray:
+def _row(name: str, values: object, kinds: str) -> np.ndarray:
     """Values as an array of one axis."""
     try:
         array = np.asarray(values)
@@ -138,7 +138,7 @@ class Tabulated(Element):
         elastic, lossy = (jnp.interp(logarithm, lines, part) for part in (values.real, values.imag))
         return self.strength * (elastic + 1j * jnp.sign(real) * lossy)
 
-    def check_lines(self, frequency: Any) -> None:
+    def check_lines(self, frequency: object) -> None:
         """Refuse lines that the table does not reach.
 
         Parameters
@@ -169,7 +169,7 @@ class Tabulated(Element):
         return f"Tabulated({len(self.frequency)} lines, {first:g} to {last:g} Hz)"
 
 
-def tables_in(tree: Any) -> list[Tabulated]:
+def tables_in(tree: object) -> list[Tabulated]:
     """Laws of a tree that are tables."""
     leaves = jax.tree.leaves(tree, is_leaf=lambda leaf: isinstance(leaf, Tabulated))
     return [leaf for leaf in leaves if isinstance(leaf, Tabulated)]

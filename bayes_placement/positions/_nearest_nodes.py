@@ -6,7 +6,7 @@ nor takes nodes that lie off its plane. In space, shares are those of Sobol poin
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -30,7 +30,9 @@ Corners = Float[np.ndarray, "_ axis"]  # clipping changes how many there are
 
 
 def at_nearest_node(
-    position: Float[np.ndarray, "node *coordinate"], allowed: Bool[np.ndarray, "node"], place: Any
+    position: Float[np.ndarray, "node *coordinate"],
+    allowed: Bool[np.ndarray, "node"],
+    place: object,
 ) -> AtNode:
     """Distribution of the node nearest to a position.
 
@@ -45,7 +47,7 @@ def at_nearest_node(
     return AtNode(node, position[rows], rows, error)
 
 
-def _weights(position: np.ndarray, place: Any) -> tuple[np.ndarray, float]:
+def _weights(position: np.ndarray, place: object) -> tuple[np.ndarray, float]:
     if place is None:
         return np.full(len(position), 1 / len(position)), 0.0
     nodes = position.reshape(len(position), -1)

@@ -1,7 +1,6 @@
 """Outlines of the places that a position may take, to draw a tolerance by."""
 
 import itertools
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -17,7 +16,7 @@ ANGLES = np.linspace(0.0, 2 * np.pi, 73)
 """Angles of the points of a circle [rad]."""
 
 
-def outline_of(position: Any, bounds: Bounds) -> Points:
+def outline_of(position: object, bounds: Bounds) -> Points:
     """Lines around the places that a position may take [m], separated by NaN; none if it is known.
 
     Of a segment or a member the stretch itself, of a box or a patch its edges, of a ball its
@@ -38,11 +37,11 @@ def outline_of(position: Any, bounds: Bounds) -> Points:
     return np.concatenate(parts) if parts else np.zeros((0, 3))
 
 
-def _corner(end: Any) -> np.ndarray:
+def _corner(end: object) -> np.ndarray:
     return np.asarray(end, dtype=float) if in_space((end, end)) else np.array([end, 0.0, 0.0])
 
 
-def _on_a_line(position: Any) -> Points:
+def _on_a_line(position: object) -> Points:
     return np.array([[end, 0.0, 0.0] for end in reach(position)])
 
 

@@ -1,7 +1,6 @@
 """Tolerance: the region in which the true position of a transducer or effect may lie."""
 
 import abc
-from typing import Any
 
 import equinox as eqx
 import numpy as np
@@ -39,7 +38,7 @@ class Tolerance(eqx.Module):
         """
 
     @abc.abstractmethod
-    def around(self, centre: Any) -> "Tolerance":
+    def around(self, centre: object) -> "Tolerance":
         """Return the same tolerance about another recorded position [m]."""
 
     @abc.abstractmethod

@@ -80,13 +80,13 @@ def as_place(at: At) -> Position | Tolerance:
     return Cartesian(*at)
 
 
-def _check_coordinates(*coordinates: Any) -> None:
+def _check_coordinates(*coordinates: object) -> None:
     for coordinate in coordinates:
         if not is_unknown(coordinate):
             _checked_number(coordinate)
 
 
-def _checked_number(at: Any) -> Any:
+def _checked_number(at: object) -> Any:
     """Return a number, or a number that is computed."""
     if not isinstance(at, jax.core.Tracer):
         finite_number(
@@ -103,7 +103,7 @@ def _coordinate_count(place: Any) -> int:
     return int(np.prod(place.shape() if is_unknown(place) else np.shape(place), initial=1))
 
 
-def _check_inside(place: Any, bounds: Bounds, owner: str) -> None:
+def _check_inside(place: object, bounds: Bounds, owner: str) -> None:
     values = (place.x, place.y, place.z) if isinstance(place, Cartesian) else (place,)
     sides = zip(values, np.atleast_1d(bounds[0]), np.atleast_1d(bounds[1]), strict=False)
     margin = rounding_margin(bounds)
@@ -129,7 +129,7 @@ def _may_lie_between(value: Any, low: Any, high: Any, margin: Any) -> bool:
     return not isinstance(value, int | float) or bool(low - margin <= value <= high + margin)
 
 
-def _text(place: Any) -> str:
+def _text(place: object) -> str:
     """Write a position as it was given."""
     if isinstance(place, int | float):
         return position_text(place)

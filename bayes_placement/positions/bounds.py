@@ -21,7 +21,7 @@ def in_space(bounds: Bounds) -> bool:
     return np.ndim(bounds[0]) == 1
 
 
-def box(bounds: Bounds, tolerance: Any) -> Corners:
+def box(bounds: Bounds, tolerance: object) -> Corners:
     """Corners of the box about a structure in space [m]."""
     if not in_space(bounds):
         raise InputError(f"{tolerance} was given, but {one_coordinate_needed(bounds)}")

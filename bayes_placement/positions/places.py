@@ -293,7 +293,7 @@ class AtNode(Place):
         return {"node": int(np.argmin(distance))} if is_unknown(self.node) else {}
 
 
-def coordinates(position: Any) -> Float[Array, "*coordinate"]:
+def coordinates(position: object) -> Float[Array, "*coordinate"]:
     """Coordinates [m] of a number on a line or of a place in space."""
     return position.coordinates() if isinstance(position, Place) else jnp.asarray(position, float)
 

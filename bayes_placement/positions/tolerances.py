@@ -120,7 +120,7 @@ class Nodes(Tolerance):
     position: Float[np.ndarray, "node *coordinate"]
     tolerance: Tolerance | None
 
-    def __init__(self, position: Any, tolerance: Tolerance | None = None):
+    def __init__(self, position: object, tolerance: Tolerance | None = None):
         check_annotated("position", position, Float[np.ndarray, "node *coordinate"])
         check_annotated("tolerance", tolerance, Tolerance | None)
         self.position = np.asarray(position, dtype=float)
@@ -140,7 +140,7 @@ class Nodes(Tolerance):
         mean = np.mean(self.position, axis=0)
         return float(mean) if mean.ndim == 0 else triple(mean)
 
-    def around(self, centre: Any) -> "Nodes":
+    def around(self, centre: object) -> "Nodes":
         """Return the same nodes, the tolerance about another recorded position."""
         moved = None if self.tolerance is None else self.tolerance.around(centre)
         return Nodes(self.position, moved)

@@ -1,7 +1,7 @@
 """Coordinates, directions and rotations in space, checked."""
 
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import jax.numpy as jnp
 import numpy as np
@@ -25,13 +25,13 @@ Vector: TypeAlias = Sequence[float | int] | np.ndarray
 _PERPENDICULAR = 1e-9  # greatest cosine between two directions at right angles
 
 
-def triple(values: Any) -> CartesianComponents:
+def triple(values: object) -> CartesianComponents:
     """Return three numbers as a tuple."""
     x, y, z = np.asarray(values, dtype=float).tolist()
     return x, y, z
 
 
-def vector(argument: str, values: Any) -> CartesianComponents:
+def vector(argument: str, values: object) -> CartesianComponents:
     """Return three finite numbers as a tuple.
 
     What they were given as is for the error.
@@ -46,7 +46,7 @@ def vector(argument: str, values: Any) -> CartesianComponents:
     return triple(array)
 
 
-def _numbers(values: Any) -> np.ndarray:
+def _numbers(values: object) -> np.ndarray:
     """Numbers as an array; an empty one where there are none."""
     try:
         return np.asarray(values, dtype=float)
@@ -54,7 +54,7 @@ def _numbers(values: Any) -> np.ndarray:
         return np.zeros(0)
 
 
-def direction_of(argument: str, values: Any) -> CartesianComponents:
+def direction_of(argument: str, values: object) -> CartesianComponents:
     """Return a direction of unit length, or refuse one that has none."""
     array = np.array(vector(argument, values))
     length = np.linalg.norm(array)
@@ -67,7 +67,7 @@ def direction_of(argument: str, values: Any) -> CartesianComponents:
 
 
 def right_angled(
-    argument: str, first: Any, second: Any
+    argument: str, first: object, second: object
 ) -> tuple[CartesianComponents, CartesianComponents]:
     """Return two directions of unit length at right angles."""
     first = direction_of(f"{argument}(first direction)", first)
