@@ -125,7 +125,7 @@ NOTES = {
     "still possible.",
     "p of whiteness": "p of whiteness: small where residuals of neighbouring lines are correlated.",
     "predictive p": "predictive p: share of data simulated by the model with a larger misfit.",
-    "exact chi2": "exact chi2: reduced chi-square without the model error.",
+    "without model error": "without model error: reduced chi-square of the model, taken for exact.",
 }
 """What columns of tables mean, by their heading."""
 

@@ -90,6 +90,7 @@ class Case(NamedTuple):
     effect: Callable[[], bp.effects.Effect] | None
     shown: tuple[str, str] = ("s2", "a1")  # sensor and hit in the figure
     force_levels: list[float] | None = None
+    hidden: str | None = None  # in words, where the library has no effect of that name
 
 
 GROUPS = {
@@ -203,6 +204,34 @@ GROUPS = {
             lambda: bp.effects.cubic_stiffness(0.7, 3e9),
             ("s3", "a2"),
             LEVELS,
+        ),
+    },
+    "It is in no list": {
+        "dragged_mass": Case(
+            "A resonance both low and too round",
+            "A mass that something viscous drags along: a half-full tank, a part in grease, a particle damper. "
+            "Slow motion takes it along as a mass; fast motion leaves it behind, and then it is a dashpot. No "
+            "effect of the library is that, so the law itself is read at each place, and named as a network: "
+            "`c - m`, a dashpot and a mass in series.",
+            lambda: bp.effects.attached(0.6, bp.effects.Dashpot(12.0) - bp.effects.Mass(0.09)),
+            hidden="a dashpot and a mass in series, `Dashpot(12.0) - Mass(0.09)`, at 600 mm",
+        ),
+        "creeping_clip": Case(
+            "Resonances high and too round, those most that turn at one place",
+            "A clip that holds the slope of the beam, and creeps: stiff for fast motion, soft for slow. It acts "
+            "on the rotation and not on the displacement; which of them is a part of the answer.",
+            lambda: bp.effects.attached(
+                0.3, bp.effects.Spring(300.0) - bp.effects.Dashpot(1.5), motion="rotation"
+            ),
+            hidden="a spring and a dashpot in series on the rotation at 300 mm, "
+            "`Spring(300.0) - Dashpot(1.5)`",
+        ),
+        "glued_joint": Case(
+            "Resonances low and too round, those most that bend at one place",
+            "A joint whose glue is both elastic and viscous. It opens a cut of the beam as a crack does, but takes "
+            "energy as well.",
+            lambda: bp.effects.inserted(0.25, bp.effects.Spring(2000.0) | bp.effects.Dashpot(1.5)),
+            hidden="a spring beside a dashpot in a cut at 250 mm, `Spring(2000.0) | Dashpot(1.5)`",
         ),
     },
     "Nothing is wrong": {

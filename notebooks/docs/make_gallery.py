@@ -16,10 +16,14 @@ from matplotlib.figure import Figure
 from small_png import small
 
 import bayes_placement as bp
-from bayes_placement.plots._colours import AFTER, BEFORE, DATA, INK
+from bayes_placement._shared.labels import AS_DRAWN, AS_GIVEN
+from bayes_placement.plots._colours import AFTER, DATA, INK
+from bayes_placement.plots._fit_panels import colours_of, line_style, show_all_of
 
 GALLERY = Path(__file__).parent / "gallery"
 RESULTS = GALLERY / "results.json"
+FITS = Path("build") / "fits"
+"""Folder of the fits: figures of the same cases are drawn again in seconds."""
 
 HEAD = """# Gallery of symptoms
 
@@ -28,8 +32,9 @@ hidden in a simulated measurement, and what `bp.improve` says of it with all can
 
 The structure is an aluminium cantilever, 0.8 m long, with three accelerometers and two hits of a hammer,
 each up to 1 cm from where it was recorded. Young's modulus is known to 4 %, the damping ratio is between 0.3 and
-3 %. The noise is 1 % of each value. Left: the response of one channel. Right: its error over the noise,
-which falls to about 1. The cases are simulated with this package by `make_gallery.py`; studies with data
+3 %. The noise is 1 % of each value. Left: the response of one channel, as measured, of the model as drawn, of the
+same fitted as given, and with what was found. Right: the error of the last two over the noise, which falls to about
+1. The cases are simulated with this package by `make_gallery.py`; studies with data
 from elsewhere are in the [tutorials](../tutorials.md).
 
 | you see | it was | reduced chi-square |
@@ -42,7 +47,7 @@ def result_of(name, case):
     model = experiment(case.force_levels)
     true = model if case.effect is None else model + case.effect()
     measurement = measured(true, seed=[*CASES].index(name))
-    ledger = bp.improve(model, measurement)
+    ledger = bp.improve(model, measurement, store=FITS)
     fits = ledger.fits
     held = io.BytesIO()
     draw(fits, case.shown).savefig(held, dpi=90)
@@ -59,23 +64,28 @@ def draw(fits, shown):
     """Response of one channel, and its error over the noise."""
     figure = Figure(figsize=(9.0, 3.2), layout="constrained")
     response, error = figure.subplots(1, 2)
-    sensor, actuator = shown
-    for (name, fit), color in zip(fits.items(), (BEFORE, AFTER), strict=False):
+    channels = {name: channel_of(fit, *shown) for name, fit in fits.items()}
+    first = channels[AS_GIVEN]
+    response.plot(
+        first["frequency"],
+        20 * first["measured"],
+        ".",
+        color=DATA,
+        ms=5,
+        alpha=0.5,
+        label="measured",
+    )
+    for name, color in colours_of(channels).items():
         label = "with what was found" if name.startswith("with") else name
-        row = [str(word).startswith(sensor) for word in fit["sensor"].values].index(True)
-        column = [str(word).startswith(actuator) for word in fit["actuator"].values].index(True)
-        channel = fit.isel(sensor=row, actuator=column)
-        if "force_level" in channel.dims:
-            channel = channel.isel(force_level=-1)
-        line = channel["frequency"].values
-        if color == BEFORE:
-            response.plot(
-                line, 20 * channel["measured"], ".", color=DATA, ms=3, zorder=3, label="measured"
-            )
-        response.plot(line, 20 * channel["predicted"], color=color, lw=1.2, label=label)
-        error.plot(line, channel["error"] / channel["noise"], ".", color=color, ms=4)
+        line, fit = channels[name]["frequency"].values, channels[name]
+        response.plot(line, 20 * fit["predicted"], label=label, **line_style(color))
+        if name != AS_DRAWN:
+            marker = "." if color == AFTER else "x"
+            error.plot(line, fit["error"] / fit["noise"], marker, color=color, ms=4)
+    fitted = [fit["predicted"] for name, fit in channels.items() if name != AS_DRAWN]
+    show_all_of(response, [20 * curve.values for curve in [*fitted, first["measured"]]])
     noise = error.axhline(1.0, color=INK, linestyle="--", linewidth=1)
-    response.set_ylabel(f"accelerance {sensor} / {actuator}\n[dB re 1 (m/s²)/N]")
+    response.set_ylabel(f"accelerance {shown[0]} / {shown[1]}\n[dB re 1 (m/s²)/N]")
     error.set_ylabel("error over noise [1]")
     error.set_yscale("log")
     for panel in (response, error):
@@ -85,9 +95,17 @@ def draw(fits, shown):
         panel.set_xticks([], minor=True)
     handles, labels = response.get_legend_handles_labels()
     figure.legend(
-        [*handles, noise], [*labels, "noise"], loc="outside lower center", ncols=4, frameon=False
+        [*handles, noise], [*labels, "noise"], loc="outside lower center", ncols=5, frameon=False
     )
     return figure
+
+
+def channel_of(fit, sensor, actuator):
+    """Response of a sensor to an actuator, at the highest force level."""
+    row = [str(word).startswith(sensor) for word in fit["sensor"].values].index(True)
+    column = [str(word).startswith(actuator) for word in fit["actuator"].values].index(True)
+    channel = fit.isel(sensor=row, actuator=column)
+    return channel.isel(force_level=-1) if "force_level" in channel.dims else channel
 
 
 def page(results):
@@ -112,7 +130,7 @@ def fall(result):
 
 def entry(name, case, result):
     """One case."""
-    effect = "nothing" if case.effect is None else f"`bp.effects.{name}`"
+    effect = case.hidden or ("nothing" if case.effect is None else f"`bp.effects.{name}`")
     return (
         f"({name.replace('_', '-')})=\n### {case.symptom}\n\n{case.meaning}\n\n"
         f"Hidden: {effect}.\n\n> {result['sentence']}\n\n"

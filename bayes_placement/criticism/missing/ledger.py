@@ -251,7 +251,7 @@ def _model_error_columns(step: FittedModel, exact: bool) -> dict[str, str]:
     if not step.model_error:
         return {}
     is_shown = exact and step.noise_needed is None
-    chi2 = {"exact chi2": f"{step.chi2_when_exact:.4g}"} if is_shown else {}
+    chi2 = {"without model error": f"{step.chi2_when_exact:.4g}"} if is_shown else {}
     return chi2 | {kind: percent(size.mean) for kind, size in step.model_error.items()}
 
 

@@ -68,9 +68,9 @@ def test_chi2_without_the_model_error_is_a_column_where_all_steps_know_it():
         replace(step, model_error={"frequency": LOSS}, chi2_when_exact=chi2)
         for step, chi2 in zip(steps(), (1818.0, 3.5), strict=True)
     )
-    assert [*ledger(first, last).table()["exact chi2"]] == ["1818", "3.5"]
+    assert [*ledger(first, last).table()["without model error"]] == ["1818", "3.5"]
     fitted_with_errors_alone = replace(last, chi2_when_exact=float("nan"))
-    assert "exact chi2" not in ledger(first, fitted_with_errors_alone).table()
+    assert "without model error" not in ledger(first, fitted_with_errors_alone).table()
 
 
 @pytest.mark.parametrize("result", [ledger(*steps()), replace(ranking(), steps=steps())])

@@ -64,7 +64,7 @@ def _of_peaks(peaks: xr.Dataset) -> tuple[np.ndarray, list[tuple[str, np.ndarray
 
 def _table(measured: np.ndarray, models: list[tuple[str, np.ndarray]], caption: str) -> Item:
     """One row a mode: measured, then the error of each model, and damping ratios."""
-    columns = ["mode", "measured [Hz]", *(f"{name} [%]" for name, _ in models)]
+    columns = ["mode", "frequency [Hz]", *(f"{name}, off by [%]" for name, _ in models)]
     frequencies, ratios = measured
     errors = [PERCENT * (of[0] / frequencies - 1) for _, of in models]
     cells = [_column(frequencies, ".5g"), *(_column(error, ".2f") for error in errors)]
@@ -73,7 +73,7 @@ def _table(measured: np.ndarray, models: list[tuple[str, np.ndarray]], caption: 
         cells += [_column(PERCENT * of, ".3g") for of in (ratios, *(of[1] for _, of in models))]
     numbers = range(1, frequencies.size + 1)
     rows: tuple[tuple[Cell, ...], ...] = tuple(zip(numbers, *cells, strict=True))
-    words = f"Columns of models are their natural frequencies less the measured ones. {caption}"
+    words = f"Off by: natural frequencies of a model less the measured ones. {caption}"
     table = Table(tuple(columns), rows)
     return Item(AGREEMENT, "Natural frequencies and damping", table, words, TAGS)
 

@@ -159,7 +159,7 @@ def _draw_floors(panel: Any, fit: xr.Dataset) -> None:
     panel.plot(lines, shown["noise"].values, color=INK, linewidth=1, label="noise")
     if float(shown["model_error"].max()) > 0:
         values = shown["model_error"].values
-        panel.plot(lines, values, "--", color=FIFTH, linewidth=1, label="model error")
+        panel.plot(lines, values, ":", color=FIFTH, linewidth=1.5, label="model error")
 
 
 def _data(fits: dict[str, xr.Dataset]) -> pd.DataFrame:

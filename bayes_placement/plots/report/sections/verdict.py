@@ -110,11 +110,13 @@ def _steps(steps: list[dict[str, Any]]) -> Table:
     misfit: tuple[str, ...] = ("reduced chi-square",)
     if not _is_noise_known(steps):
         misfit = ("noise needed [%]", "noise needed / scatter of lines")
+    elif _are_exact_too(steps):
+        misfit = (*misfit, "without model error")
     columns = ("added", *misfit, "p", "log evidence", "held out [nat]", "what it is")
     rows: list[tuple[Cell, ...]] = [
         (
             step["added"] or "as given",
-            *_misfit(step),
+            *_misfit(step, _are_exact_too(steps)),
             step["p_value"],
             step["log_evidence"],
             step["held_out"],
@@ -125,11 +127,17 @@ def _steps(steps: list[dict[str, Any]]) -> Table:
     return Table(columns, tuple(rows))
 
 
-def _misfit(step: dict[str, Any]) -> tuple[Cell, ...]:
+def _are_exact_too(steps: list[dict[str, Any]]) -> bool:
+    """Whether each step was fitted without its model error as well."""
+    return all(step["chi2_per_datum_when_exact"] is not None for step in steps)
+
+
+def _misfit(step: dict[str, Any], is_exact_too: bool) -> tuple[Cell, ...]:
     """Reduced chi-square; where the noise is not known, the noise that is needed."""
     noise = step["noise_needed"]
     if noise is None:
-        return (step["chi2_per_datum"],)
+        exact = (step["chi2_per_datum_when_exact"],) if is_exact_too else ()
+        return (step["chi2_per_datum"], *exact)
     share = noise["relative"]
     return None if share is None else 100 * share, noise["over_scatter"]
 
