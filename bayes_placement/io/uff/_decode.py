@@ -189,7 +189,7 @@ def _value_widths(kind: int, even: int) -> tuple[int, ...]:
     return (13, 20, 20) if kind == 6 else (13, 20, 13, 20)
 
 
-def _free(number: int, words: Sequence[str], integers: int, reals: int) -> list[float]:
+def _free(number: int, words: Sequence[str], integers: int, reals: int) -> list[int | float]:
     """Numbers of a line in free columns: so many whole ones, then so many real ones."""
     if len(words) != integers + reals:
         what = f"{integers + reals} numbers are needed and {len(words)} are there"
@@ -201,7 +201,7 @@ def _free(number: int, words: Sequence[str], integers: int, reals: int) -> list[
     return [*map(int, words[:integers]), *map(real, words[integers:])]
 
 
-def _nodes(rows: list[list[float]]) -> Fields:
+def _nodes(rows: list[list[int | float]]) -> Fields:
     """Fields of nodes, from number, two coordinate systems, colour and three coordinates."""
     table = zip(*rows, strict=True) if rows else [()] * len(_NODE)
     return dict(zip(_NODE, table, strict=True))
