@@ -28,7 +28,7 @@ GROUPS = {
 }
 """Names of effects by what they are part of."""
 
-LAWS = {"attached", "inserted", "over"}
+LAWS = {"attached", "inserted", "over", "modulus"}
 """They hold a law that is typed in Python, and no search suggests one."""
 
 
