@@ -1,7 +1,6 @@
 """Where something that is missing may act, whatever it is: the place before the law."""
 
 from concurrent.futures import Executor
-from dataclasses import replace
 from typing import Any
 
 from threadpoolctl import threadpool_limits
@@ -128,9 +127,10 @@ def reach(
             if is_modal
             else reached_ports(problem, point, ports, tick, whole)
         )
-    found = reach_of(problem, null.fit, *reached)
+    # Bands of a sample of the lines would be others.
+    found = reach_of(problem, null.fit, *reached, with_bands=whole is None)
     progress(1.0)
-    return found if whole is None else replace(found, in_bands=None)  # of other lines
+    return found
 
 
 def _ports(experiment: Experiment) -> list[Port]:

@@ -76,8 +76,8 @@ class Reach:
     limits
         What such data do not tell, in words; empty of complex FRFs.
     in_bands
-        What any law leaves of a band, see `any_law_within`; of complex FRFs of one state, where
-        laws were fitted at all lines.
+        What any law leaves of a band, see `any_law_within`: of `bp.reach` from complex FRFs of one
+        state, where laws were fitted at all lines.
 
     Examples
     --------
@@ -169,9 +169,9 @@ class Reach:
         """
         if self.in_bands is None:
             raise InputError(
-                "Reach of amplitudes, modes, two states or many lines was given; complex FRFs of "
-                "one state at fewer lines are needed, since a law has two parts at each line: "
-                "observe=bp.observe.Complex()."
+                "Reach of amplitudes, modes, two states, many lines or a search was given; "
+                "complex FRFs of one state at fewer lines are needed, since a law has two parts at "
+                "each line: bp.reach(experiment, measurement) with observe=bp.observe.Complex()."
             )
         return self.in_bands.any_law(low, high)
 
@@ -264,11 +264,15 @@ def only_port(reach: Reach | None, acts_on: Sequence[str]) -> str | None:
 
 
 def reach_of(
-    problem: Problem, fit: Fit, ports: Sequence[Reached], laws: Sequence[NamedLaw]
+    problem: Problem,
+    fit: Fit,
+    ports: Sequence[Reached],
+    laws: Sequence[NamedLaw],
+    with_bands: bool = False,
 ) -> Reach:
     """Lay out what laws at ports can do, and what factors on channels do.
 
-    The laws are the best of them, fitted in full.
+    The laws are the best of them, fitted in full. What is left of bands takes slopes at all places.
     """
     channels, filters = reached_channels(problem, fit, laws)
     squares, reaches = fit.squares, [*ports, *channels]
@@ -297,7 +301,7 @@ def reach_of(
         fails,
         is_new=problem.baseline is not None,
         limits=_limits(problem),
-        in_bands=left_in_bands(problem, fit.point, reaches),
+        in_bands=left_in_bands(problem, fit.point, reaches) if with_bands else None,
     )
 
 
