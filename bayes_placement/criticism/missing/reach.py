@@ -1,7 +1,6 @@
 """Where something that is missing may act, whatever it is: the place before the law."""
 
 from concurrent.futures import Executor
-from typing import Any
 
 from threadpoolctl import threadpool_limits
 
@@ -19,7 +18,7 @@ from ...inference.residuals import Problem
 from ...inference.residuals_of_state import State
 from ..reach._named_laws import reached_ports
 from ..reach._of_modes import ports_of_effects, reached_modes
-from ..reach._ports import Port, can_be_reached, every_port
+from ..reach._ports import Port, can_be_reached, every_port, ports_of
 from ..reach._scanned import step_of_fits
 from ..reach.reach import Reach, reach_of
 from ..screening_lines import thinned
@@ -58,8 +57,9 @@ def reach(
         The model as given, with its priors.
     measurement
         Measured FRFs. Of amplitudes alone only laws of few numbers are tried: one that is free at
-        each line has two unknowns there, and each channel gives one equation. Of modal parameters a
-        mass, a spring, a dashpot or a local loss of stiffness. Of more than 131,072 numbers laws
+        each line has two unknowns there, and each channel gives one equation; none on a segment or
+        in the modulus. Of modal parameters a mass, a spring, a dashpot or a local loss of
+        stiffness. Of more than 131,072 numbers laws
         are fitted at lines that are evenly spread. Where descents all over a mesh would take long,
         all its nodes are scanned at all lines, and laws fitted at the hundred best of each kind.
     baseline
@@ -122,22 +122,23 @@ def reach(
     ports = _ports(problem.experiment)
     tick = ticks(progress, len(ports), (0.0, OF_PORTS))
     with done_by(executor):
-        reached: Any = (
+        reached, laws = (
             reached_modes(problem, point, ports, tick)
             if is_modal
             else reached_ports(problem, point, ports, tick, whole)
         )
     # Bands of a sample of the lines would be others.
-    found = reach_of(problem, null.fit, *reached, with_bands=whole is None)
+    found = reach_of(problem, null.fit, reached, laws, with_bands=whole is None)
     progress(1.0)
     return found
 
 
 def _ports(experiment: Experiment) -> list[Port]:
-    """Every kind of port, of modal parameters every effect."""
-    if experiment.observe.is_modal:
+    """Every kind of port that such data can tell; of modal parameters every effect."""
+    observe = experiment.observe
+    if observe.is_modal:
         return ports_of_effects(experiment)
-    return every_port(experiment)
+    return every_port(experiment) if observe.parts > 1 else ports_of(experiment)
 
 
 def _as_before(
