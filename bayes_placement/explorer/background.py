@@ -51,11 +51,7 @@ class Newest(Generic[Wanted]):
 
     def _look(self) -> None:
         self._looked, self._waiting = self._waiting, []
-        try:
-            self._begin(*self._looked)
-        except InputError:
-            self._looked = []
-            raise
+        self._begin(*self._looked)
 
 
 Band = tuple[float, float]
@@ -108,8 +104,13 @@ class Background:
         self._begin("reach", self._reached)
 
     def look_at_band(self, band: Band) -> None:
-        """Look at a band beside the model of which the reach is shown."""
-        self._bands.choose(band)
+        """Look at a band beside the model of which the reach is shown; say where it is narrow."""
+        experiment = self._page.session.states[self._reached].model.experiment
+        try:
+            self._bands.choose((band, lines_within(experiment, band)))
+        except InputError as error:
+            self._bands.forget()
+            self._page.tell("background", task="band", share=1.0, words=str(error))
 
     def bound(self, band: Band) -> list[float]:
         """Return what any law could remove of a band, row by row; none where that is not known."""
@@ -147,9 +148,8 @@ class Background:
         asked = self._page.asked(model.experiment)
         self._running[self._worker.begin(task, asked=asked, **further)] = task, state
 
-    def _begin_band(self, band: Band) -> None:
-        experiment = self._page.session.states[self._reached].model.experiment
-        self._begin("band", self._reached, lines=lines_within(experiment, band))
+    def _begin_band(self, wanted: tuple[Band, np.ndarray]) -> None:
+        self._begin("band", self._reached, lines=wanted[1])
 
     def _begin_beside(self, model: ValuedModel) -> None:
         further = {"acts_on": self._acts_on, "values": dict(model.values)}
@@ -194,7 +194,7 @@ class Background:
     def _end_band(self, told: Told) -> None:
         words = told.content if told.word == "failed" else ""
         self._page.tell("background", task="band", share=1.0, words=words)
-        band, is_last = self._bands.ended()
+        (band, _), is_last = self._bands.ended()
         if is_last and not words:
             from . import found
 

@@ -6,6 +6,7 @@ import { View } from "./view3d.js";
 
 const MARGIN = 34;
 const NEAR = 14; // pixels within which an effect is taken hold of
+const TRIAD = 18; // pixels that an axis is long
 const PROFILE = 0.72; // share of the height above a line that a reach of 100 % takes
 const HELD = "What any law could remove of the misfit here, all other numbers held as they are; a fit of these may remove more";
 const BOUND = "What any law could remove of the misfit of this band, all other numbers refitted to it to first order";
@@ -71,6 +72,7 @@ export class StructurePanel {
     this.transducers(pen);
     this.effects(pen);
     this.scaleBar(pen, width, height);
+    if (!this.view.isLine) this.triad(pen, width - TRIAD - 12, height - TRIAD - 12);
   }
 
   outline(pen) {
@@ -188,7 +190,8 @@ export class StructurePanel {
     for (const [spot, all] of names) {
       const [x, y] = spot.split(" ").map(Number);
       const words = all.length > 2 ? `${all[0]}, ${all[1]} +${all.length - 2}` : all.join(", ");
-      pen.fillText(words, x + 8, y + (this.view.isLine ? 26 : -6));
+      const left = Math.min(x + 8, this.canvas.clientWidth - pen.measureText(words).width - 4);
+      pen.fillText(words, Math.max(4, left), y + (this.view.isLine ? 26 : -6));
     }
   }
 
@@ -270,6 +273,21 @@ export class StructurePanel {
     pen.fillRect(10, height - 9, length * this.view.scale, 2);
     pen.font = "11px system-ui";
     pen.fillText(length < 1 ? `${Number((1e3 * length).toPrecision(3))} mm` : `${length} m`, 10, height - 14);
+  }
+
+  /** The axes of the structure, as they are seen. */
+  triad(pen, x, y) {
+    const [right, up] = this.view.frame();
+    pen.strokeStyle = pen.fillStyle = colour("--faint");
+    pen.font = "11px system-ui";
+    pen.lineWidth = 1.5;
+    pen.beginPath();
+    right.forEach((step, axis) => {
+      pen.moveTo(x, y);
+      pen.lineTo(x + TRIAD * step, y - TRIAD * up[axis]);
+      if (Math.hypot(step, up[axis]) > 0.3) pen.fillText("xyz"[axis], x + 1.25 * TRIAD * step - 3, y - 1.25 * TRIAD * up[axis] + 4);
+    });
+    pen.stroke();
   }
 
   position(event) {

@@ -294,8 +294,8 @@ def test_reach_within_a_band_is_looked_for_once_at_a_time(page):
     async def play(socket):
         ASKED.clear()
         await socket.send(json.dumps({"do": "band", "low": low, "high": low}))
-        error, _ = await heard(socket, "error")
-        assert "which has 1 lines; more than 5 are needed" in error["words"]
+        told, _ = await heard(socket, "background", task="band", share=1.0)
+        assert "which has 1 lines; more than 5 are needed" in told["words"]
         await socket.send(json.dumps({"do": "band", "low": low, "high": high}))
         await socket.send(json.dumps({"do": "band", "low": 2 * low, "high": high}))
         await socket.send('{"do": "modes"}')
