@@ -71,9 +71,11 @@ export class Matrix {
     const box = this.canvas.getBoundingClientRect();
     const { frequency } = this.store.model;
     const bands = this.store.curves.now.chi2_of_bands.shape[1];
-    const band = Math.floor(((event.clientX - box.left) / box.width) * bands);
-    const line = (edge) => frequency[Math.min(frequency.length - 1, Math.round((edge * frequency.length) / bands))];
-    const pair = Math.floor(((event.clientY - box.top) / box.height) * Math.min(this.store.model.pairs.length, MOST_ROWS));
+    const rows = Math.min(this.store.model.pairs.length, MOST_ROWS);
+    const within = (number, count) => Math.max(0, Math.min(count - 1, number)); // an edge belongs to none
+    const band = within(Math.floor(((event.clientX - box.left) / box.width) * bands), bands);
+    const line = (edge) => frequency[within(Math.round((edge * frequency.length) / bands), frequency.length)];
+    const pair = within(Math.floor(((event.clientY - box.top) / box.height) * rows), rows);
     if (!this.store.shown.includes(pair)) this.toggled(pair, false);
     this.zoomed([line(band - 1), line(band + 2)]);
   }

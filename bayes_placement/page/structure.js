@@ -135,7 +135,7 @@ export class StructurePanel {
     pen.fillStyle = colour("--fitted");
     pen.font = "12px system-ui";
     pen.textAlign = "center";
-    pen.fillText(`★ ${inWords(reach)} here`, Math.max(44, Math.min(this.canvas.clientWidth - 44, x)), base - room - 8);
+    if (reach.any_law !== 0) pen.fillText(`★ ${inWords(reach)} here`, Math.max(44, Math.min(this.canvas.clientWidth - 44, x)), base - room - 8);
     pen.textAlign = "start";
   }
 
