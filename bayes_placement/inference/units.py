@@ -18,8 +18,9 @@ MULTIPLES = {
 }
 """By SI unit: from which size on a factor and a unit are taken."""
 
-SMALL = 1e-4
-"""Size below which a number is written with a power of ten, unless its digits end before."""
+SMALL, LARGE = 1e-4, 1e6
+"""Sizes below and from which a number is written with a power of ten, a small one unless its digits
+end before."""
 
 MOST_DECIMALS = 12
 
@@ -50,13 +51,14 @@ class ReadableUnit(NamedTuple):
 def _written(value: float, deviation: float, mean: float) -> str:
     if not np.isfinite(value):
         return "-"
-    if abs(mean) < SMALL and 0 < deviation < SMALL:
+    is_small, is_large = abs(mean) < SMALL and deviation < SMALL, abs(mean) >= LARGE
+    if deviation > 0 and (is_small or is_large):
         return _with_power(value, deviation)
     return f"{value:.{decimals(deviation)}f}"
 
 
 def _with_power(value: float, deviation: float) -> str:
-    """Write a small number as 8.588e-9: a row of zeros is misread."""
+    """Write a number as 8.588e-9 or 2.910e9: a row of zeros, or of ten digits, is misread."""
     if value == 0:
         return "0"
     digits = 1 + np.floor(np.log10(abs(value))) - np.floor(np.log10(deviation))

@@ -14,7 +14,7 @@ UNKNOWN = ""
 WIDE = "text in UTF-16 or UTF-32, which an editor saves as UTF-8"
 
 _ARRAYS = "bp.io.read(path, mapping) for FRFs, bp.time_records.read(path, channels) for records"
-_RECORDS = "bp.time_records.read(path, channels) as time records"
+_RECORDS = "bp.time_records.read(path, channels) as time records (then frf_of makes FRFs)"
 READERS = {
     UNIVERSAL: "bp.io.read for FRFs, bp.time_records.read for time histories, bp.io.read_modes for "
     "modes of a model, bp.io.modal_parameters.read for measured ones, bp.io.mesh.read for meshes",

@@ -173,15 +173,16 @@ def read_matrices(path: str | Path, *others: str | Path, **options: Any) -> Syst
 
 def _format(contents: str, path: Path) -> Format:
     """Format of a file that is to hold a measurement, modes or matrices."""
-    existing(path, f"a file with {contents}")
+    needed = f"a file with {'a measurement' if contents == 'measurement' else contents}"
+    existing(path, needed)
     formats = [known for known in FORMATS if known.contents == contents]
     chosen = _by_content(formats, path) or _by_suffix(formats, path)
     if chosen is not None:
         return chosen
     suffixes = dict.fromkeys(suffix for known in formats for suffix in known.suffixes)
     raise InputError(
-        f"{path} {content.described(path)}. For {contents} one of {', '.join(suffixes)} is needed, "
-        "since first bytes or suffix tell the format. Rename the file, or read it with the "
+        f"{path} {content.described(path)}; {needed} is needed here, by its first bytes or by its "
+        f"suffix, {', '.join(suffixes)}. Rename the file, or read it with the "
         f"function of its format, such as bp.io.{formats[0].reader}(path)."
     )
 

@@ -211,13 +211,13 @@ GROUPS = {
             "A resonance both low and too round",
             "A mass that something viscous drags along: a half-full tank, a part in grease, a particle damper. "
             "Slow motion takes it along as a mass; fast motion leaves it behind, and then it is a dashpot. No "
-            "effect of the library is that, so the law itself is read at each place, and named as a network: "
-            "`c - m`, a dashpot and a mass in series.",
+            "effect of the library is that: the law itself is read at each place, and named as a network, "
+            "`dashpot - mass` for a dashpot and a mass in series.",
             lambda: bp.effects.attached(0.6, bp.effects.Dashpot(12.0) - bp.effects.Mass(0.09)),
             hidden="a dashpot and a mass in series, `Dashpot(12.0) - Mass(0.09)`, at 600 mm",
         ),
         "creeping_clip": Case(
-            "Resonances high and too round, those most that turn at one place",
+            "A resonance much too round and hardly moved, the others right",
             "A clip that holds the slope of the beam, and creeps: stiff for fast motion, soft for slow. It acts "
             "on the rotation and not on the displacement; which of them is a part of the answer.",
             lambda: bp.effects.attached(

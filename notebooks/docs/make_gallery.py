@@ -33,9 +33,9 @@ hidden in a simulated measurement, and what `bp.improve` says of it with all can
 The structure is an aluminium cantilever, 0.8 m long, with three accelerometers and two hits of a hammer,
 each up to 1 cm from where it was recorded. Young's modulus is known to 4 %, the damping ratio is between 0.3 and
 3 %. The noise is 1 % of each value. Left: the response of one channel, as measured, of the model as drawn, of the
-same fitted as given, and with what was found. Right: the error of the last two over the noise, which falls to about
-1. The cases are simulated with this package by `make_gallery.py`; studies with data
-from elsewhere are in the [tutorials](../tutorials.md).
+same once fitted (as given), and with what was found. Right: the error of the last two over the noise, which falls
+to about 1. The cases are simulated with this package by `make_gallery.py`; studies with data from elsewhere are in
+the [tutorials](../tutorials.md).
 
 | you see | it was | reduced chi-square |
 |---|---|---|
@@ -111,7 +111,8 @@ def channel_of(fit, sensor, actuator):
 def page(results):
     """The page of the gallery, from the cases and what was found in them."""
     rows = [
-        f"| [{case.symptom}](#{name.replace('_', '-')}) | `{name}` | {fall(results[name])} |"
+        f"| [{case.symptom}](#{name.replace('_', '-')}) | `{was(name, results[name])}` "
+        f"| {fall(results[name])} |"
         for name, case in CASES.items()
     ]
     parts = [HEAD + "\n".join(rows)]
@@ -119,6 +120,11 @@ def page(results):
         parts.append(f"## {group}")
         parts += [entry(name, case, results[name]) for name, case in cases.items()]
     return "\n\n".join(parts) + "\n"
+
+
+def was(name, result):
+    """Kind of what was hidden, which a table of Markdown can hold."""
+    return (result["verdict"] or [name])[0].replace("|", "\\|")
 
 
 def fall(result):

@@ -59,6 +59,12 @@ def test_units_are_those_in_which_people_read(unit, field, size, expected):
     assert readable(unit, field, size) == expected
 
 
+def test_a_row_of_ten_digits_becomes_a_power_of_ten():
+    unit = readable("N/m3", "stiffness", 2.9e9)
+    assert unit.number(2909968548.0, 3.2e6) == "2.9100e9"
+    assert unit.spread(3.2e6, 2909968548.0) == "3.2e6"
+
+
 def tree():
     random = np.random.default_rng(1)
     ratio = random.normal(0.035, 0.0014, (4, 250))
