@@ -10,6 +10,7 @@ from ..._shared.errors import InputError
 from ..._shared.ranges import described
 from ..._shared.sites import is_unknown
 from ...effects.effect import Effect
+from ...effects.instrument_effect import InstrumentEffect
 from ...effects.library import EFFECTS, kind_of, library
 from ...experiment.experiment import Experiment
 from ...laws.typed import typed
@@ -92,9 +93,17 @@ def candidate_place(experiment: Experiment, effect: Effect) -> int:
     """Place of an effect among the default candidates of its kind, whatever its name."""
     content = _content(effect)
     for place, candidate in enumerate(library(experiment, [kind_of(effect)]).effects):
-        if _content(candidate) == content:
+        if content in (_content(candidate), _content(_held(candidate, experiment))):
             return place
     raise _no_text(effect)
+
+
+def _held(candidate: Effect, experiment: Experiment) -> Effect:
+    """An effect as an experiment holds it: on sensors and actuators by their numbers."""
+    if not isinstance(candidate, InstrumentEffect):
+        return candidate
+    held: Effect = candidate.numbered(experiment.instruments).on(experiment.structure.modes)
+    return held
 
 
 def _no_text(effect: Effect) -> InputError:

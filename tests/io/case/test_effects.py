@@ -7,6 +7,7 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
+from bayes_placement.effects.library import kind_of
 from bayes_placement.io import case
 from bayes_placement.io.case._effects import _content, candidate_place, stated_effects
 from bayes_placement.io.case._runs import write_completed
@@ -95,6 +96,17 @@ def test_default_candidates_at_unknown_places_in_space_are_told():
     renamed = [dataclasses.replace(candidate, name="clamp") for candidate in candidates]
     places = [candidate_place(plate, candidate) for candidate in renamed]
     assert places == [*range(len(candidates))]
+
+
+def test_candidates_are_told_as_an_experiment_holds_them(folder):
+    experiment = case.read(written(folder("given"))).experiment
+    places = dict[str, int]()
+    for candidate in bp.effects.library(experiment).effects:
+        (held,) = [each for each in (experiment + candidate).effects if each.name == candidate.name]
+        place = places.setdefault(kind_of(candidate), 0)
+        assert candidate_place(experiment, held) == place, candidate.name
+        places[kind_of(candidate)] += 1
+    assert places["gain_error"] > 1
 
 
 def test_a_candidate_of_slightly_other_numbers_is_none_of_the_default_ones():
