@@ -17,7 +17,7 @@ from .._shared.executors import workers
 from .._shared.progress import Progress
 from ..criticism.missing.improve import improve
 from ..design import information
-from ..design._positions_on import can_be_at, positions_on
+from ..design._candidates import can_be_at, positions_on
 from ..design.information.estimator import Estimator
 from ..design.maps import information_map
 from ..design.place import Placement, place

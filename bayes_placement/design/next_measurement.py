@@ -15,7 +15,7 @@ from ..experiment.variants import with_lines
 from ..inference.alternative_explanation import Alternative
 from ..positions.bounds import position_text
 from . import information
-from ._positions_on import can_be_at, positions_on
+from ._candidates import can_be_at, positions_on
 from .information.estimator import Estimator
 from .maps import SIGNIFICANT
 from .place import place, position_columns

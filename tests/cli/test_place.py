@@ -14,7 +14,7 @@ from bayes_placement._shared.progress import no_progress
 from bayes_placement.cli import place as placing
 from bayes_placement.cli.app import app
 from bayes_placement.cli.place import positions_to_try, with_sensors
-from bayes_placement.design import _positions_on
+from bayes_placement.design import _candidates
 from models import bar
 from tests.effects import models_in_space
 
@@ -353,7 +353,7 @@ def test_feet_of_a_frame_are_no_places():
         observe=bp.observe.LogAmplitude("acceleration"),
         noise=bp.noise.Gaussian(0.02),
     )
-    places = _positions_on.positions_on(experiment, 100)
+    places = _candidates.positions_on(experiment, 100)
     assert len(places) == len(scene.matrices.position) - 2
     for foot in models_in_space.FEET.values():
         assert np.linalg.norm(np.subtract(places, foot), axis=1).min() > 0.05
@@ -361,7 +361,7 @@ def test_feet_of_a_frame_are_no_places():
 
 def test_no_more_places_than_nodes():
     points = np.eye(3)
-    places = _positions_on.far_apart(points, 9)
+    places = _candidates.far_apart(points, 9)
     assert sorted(map(tuple, places)) == sorted(map(tuple, points))
 
 

@@ -10,8 +10,7 @@ import pytest
 from bayes_placement._shared.errors import InputError
 from bayes_placement.effects import Dashpot, Mass, Spring, Springpot
 from bayes_placement.laws import canonical, classes, law_of, networks
-from bayes_placement.laws.catalogue import is_grounded, leaves
-from bayes_placement.laws.families import S, invariant, response, same_family
+from bayes_placement.laws.catalogue import S, invariant, is_grounded, leaves, response, same_family
 
 FORMS = [
     ("k", "k"),
