@@ -17,7 +17,7 @@ from ..criticism.reach.reach import Reach
 from ..experiment.experiment import Experiment
 from ..laws.tabulated import COMPLIANCES
 from . import structure as structure_plots
-from ._colours import AFTER, BEFORE, DATA, FAINT, FIFTH, FOURTH
+from ._colours import AFTER, BEFORE, DATA, FAINT, FIFTH, FLOOR, FOURTH
 from ._figures import PANEL, STAR, color_bar, panels
 from ._impedance_paper import rule
 from ._instruments import thinness
@@ -73,8 +73,9 @@ def curves(
 
     Along a line, a pale curve for any law and a dark one for a law of few numbers: where only the
     pale one is high, a law could do it that no few elements make; of laws on a part that of the
-    best part that holds the place. A map of both ends for a strut,
-    and places in colour for a structure in space. The best law, fitted with its place, is a star.
+    best part that holds the place. Places that the data do not tell apart are shaded. A map of both
+    ends for a strut, and places in colour for a structure in space. The best law, fitted with its
+    place, is a star.
 
     Parameters
     ----------
@@ -113,6 +114,7 @@ def curves(
             _between(panel, curve, best)
         else:
             _along(panel, curve, best, experiment)
+            _shade(panel, curve, reach.as_good(kind))
         panel.set_title(_title(reach, kind, best))
     if not bars.empty:
         best = reach.laws[reach.laws["acts_on"].isin(NOWHERE)].iloc[0]
@@ -262,6 +264,18 @@ def _along(panel: Axes, curve: pd.DataFrame, best: Any, experiment: Experiment |
             style: Any = {"color": BEFORE, "linestyle": "none", "clip_on": False}
             panel.plot(places, np.zeros(len(places)), marker, **style, label=f"{kind} as recorded")
     panel.set(xlabel="place along the structure [m]", ylabel=SHARE, ylim=(0, 105))
+
+
+def _shade(panel: Axes, curve: pd.DataFrame, as_good: pd.DataFrame) -> None:
+    """Shade places that the data do not tell from the best one, each as far as to the next ones."""
+    places = np.sort(curve["x"].unique())
+    ends = np.concatenate([places[:1], (places[1:] + places[:-1]) / 2, places[-1:]])
+    if len(as_good) < 2:
+        return
+    label = "not told apart"
+    for number in np.searchsorted(places, as_good["x"].unique()):
+        panel.axvspan(*ends[number : number + 2], color=FLOOR, alpha=0.3, zorder=0.4, label=label)
+        label = "_"
 
 
 def _by_place(curve: pd.DataFrame) -> pd.DataFrame:

@@ -12,6 +12,7 @@ import numpy as np
 from ...effects.attached import GivenLaw
 from ...effects.effect import Effect
 from ...effects.library import kind_of
+from ...effects.registry import attached
 from ...effects.strut import Strut
 from ...experiment.experiment import Experiment
 from ...inference.chi2 import LEVEL
@@ -187,19 +188,23 @@ def with_other_laws(
 
     Alone, a network took up a little of what the others do: beside them it may be another one, and
     on another kind of port. With a model error, where that takes minutes, it stays where it is.
+    Effects of the library that are networks may be others at the same place.
 
     `tick` is called once for each network that is replaced, and once for each kind of port. Laws
     that were looked for beside a hypothesis are not looked for again.
     """
     best, null = comparison.best(), comparison.of(())
-    networks = [effect for effect in best.effects if kind_of(effect) in comparison.networks]
     if len(best.effects) < 2 or not can_be_reached(null.problem):
         return comparison
-    for effect in networks:
+    for effect in best.effects:
+        is_network = kind_of(effect) in comparison.networks
+        at_place = _with_any_law(effect) if is_network or not best.has_errors else None
+        if at_place is None:
+            continue
         rest = without(best, effect.name, null)
-        found = _laws_at_place_of(effect, best, rest)
+        found = _laws_at_place_of(at_place, effect, best, rest)
         is_known = looked is not None and looked.base.kinds == rest.kinds
-        if not (best.has_errors or is_known) and tells_phase(null.problem):
+        if is_network and not (best.has_errors or is_known) and tells_phase(null.problem):
             ports = ports_of(rest.problem.experiment)
             found += reached_ports(rest.problem, rest.fit.point, ports, tick)[1]
         laws = _probable(found)
@@ -210,9 +215,20 @@ def with_other_laws(
     return comparison
 
 
-def _laws_at_place_of(effect: Any, best: Hypothesis, rest: Hypothesis) -> list[NamedLaw]:
+def _with_any_law(effect: Any) -> Port | None:
+    """The port of an effect that is a network there; None of others, and of lists on regions."""
+    if isinstance(effect, GivenLaw | Strut):
+        return Port(effect.acts_on, replace(effect, law=Spring(1.0), name=NAME))
+    if kind_of(effect) not in LISTED or effect.acts_on not in ("displacement", "rotation"):
+        return None
+    given = {"direction": effect.direction, "motion": effect.acts_on, "name": NAME}
+    return Port(effect.acts_on, attached(effect.at, Spring(1.0), **given))
+
+
+def _laws_at_place_of(
+    port: Port, effect: Any, best: Hypothesis, rest: Hypothesis
+) -> list[NamedLaw]:
     """Every network at the place of an effect, beside the others."""
-    port = Port(effect.acts_on, replace(effect, law=Spring(1.0), name=NAME))
     columns = place_columns(Port(effect.acts_on, effect), best.problem)
     pieces = sum(each.acts_on == port.acts_on for each in every_port(rest.problem.experiment))
     place = best.fit.point[None, columns]

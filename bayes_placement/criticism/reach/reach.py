@@ -21,7 +21,7 @@ from ._at_port import AnyPort, ReachOfPort
 from ._channels import CHANNELS, NOWHERE
 from ._free_law import Points, tells_phase
 from ._in_bands import OF_LAW, LeftInBands, left_in_bands
-from ._named_laws import NamedLaw, simplest
+from ._named_laws import STRONG, NamedLaw, simplest
 from ._of_modes import ReachOfEffect
 from ._reached_channels import reached_channels
 
@@ -57,11 +57,11 @@ class Reach:
         A row for each kind of port and place: `acts_on` (`displacement`, `rotation`, `cut`,
         `relative`, `region`, `structure`, `channel` or `all_channels`), `setting` in words, `x`,
         `y`, `z` [m] and the other end of a strut or a region `to_x`, `to_y`, `to_z` [m], NaN where
-        there is none; and two shares of the misfit above noise [1]: what `any_law` there could
-        remove, and what a passive one of `few_numbers` does. Of the structure the law is added to
-        its modulus, of channels it is a factor on their FRFs. Any factor on a sensor
-        with one actuator removes all misfit of that sensor: there `few_numbers` decides. From
-        amplitudes and modal parameters `any_law` is NaN and channels are not tried.
+        there is none; two shares of the misfit above noise [1]: what `any_law` there could remove,
+        and what a passive one of `few_numbers` does; and the `log_evidence` of the latter. Of the
+        structure the law is added to its modulus, of channels it is a factor on their FRFs. Any
+        factor on a sensor with one actuator removes all misfit of that sensor: there `few_numbers`
+        decides. From amplitudes and modal parameters `any_law` is NaN and channels are not tried.
     laws
         A row for the best laws, fitted in full with their places: `acts_on`, `setting` and place as
         above, the `law`, `few_numbers` [1], `chi2_per_datum`, and `probability` [1] among them.
@@ -104,6 +104,23 @@ class Reach:
         # Curves are of places on a grid, the best law of a place of its own.
         table["any_law"] = table[["any_law", "few_numbers"]].max(axis=1, skipna=False)
         return table.sort_values("probability", ascending=False)
+
+    def as_good(self, acts_on: str) -> pd.DataFrame:
+        """Places of a kind of port that the data do not tell from the best one that was tried.
+
+        Parameters
+        ----------
+        acts_on
+            Kind of port at one place: `displacement`, `rotation` or `cut`.
+
+        Returns
+        -------
+        DataFrame
+            The rows of `curves` at which laws of few numbers have a log evidence that is less by
+            no more than what is strong evidence, a factor of twenty in odds.
+        """
+        rows = self.curves[self.curves["acts_on"] == acts_on]
+        return rows[rows["log_evidence"] >= rows["log_evidence"].max() - STRONG]
 
     def law_as_measured(self, acts_on: str | None = None) -> pd.DataFrame:
         """Law that the data ask for at a kind of port, line by line.
@@ -216,12 +233,21 @@ class Reach:
             *(
                 f"{_subject(acts_on, row)}: {row['law'].in_words()} removes "
                 f"{row['few_numbers']:.0%} of the misfit (probability {row['probability']:.2g})"
-                f"{_by_any_law(row)}."
+                f"{_by_any_law(row)}{self._as_well(acts_on)}."
                 for acts_on, row in kinds.iterrows()
             ),
             *filter(None, [self.limits]),
         ]
         return [f"New since the baseline: {first}" if self.is_new else first, *others]
+
+    def _as_well(self, acts_on: Any) -> str:
+        """Between which places along a line the data do not tell where it acts, in words."""
+        rows = self.as_good(acts_on)
+        is_along = rows["y"].isna().all() and rows["to_x"].isna().all()
+        low, high = rows["x"].min(), rows["x"].max()
+        if not (is_along and low < high):
+            return ""
+        return f"; these data do not tell where between {1e3 * low:.0f} and {1e3 * high:.0f} mm"
 
     def _none_explains(self, kinds: pd.DataFrame) -> list[str]:
         if not self.fails or kinds["few_numbers"].max() >= HALF:
@@ -323,7 +349,8 @@ def _curve(reached: Reached, squares: float) -> pd.DataFrame:
     by_any = _share(reached.squares + OF_LAW * lines, squares, reached.problem)
     by_few = _share(reached.squares_of_law, squares, reached.problem)
     places = where(reached.port, reached.problem, reached.points)
-    return places.assign(any_law=by_any, few_numbers=by_few)
+    evidence = reached.log_evidence
+    return places.assign(any_law=by_any, few_numbers=by_few, log_evidence=evidence)
 
 
 def _law(law: NamedLaw, reached: Reached, squares: float) -> dict[str, Any]:

@@ -198,3 +198,20 @@ def test_beside_a_network_a_listed_effect_gives_way_to_a_simpler_one():
     # Found once more, from another start, it is no more probable.
     assert simpler.with_hypotheses([simpler.best()]).hypotheses == simpler.hypotheses
     assert p_value(simpler.best()) > 0.01
+
+
+@pytest.mark.long
+def test_beside_a_second_effect_a_listed_spring_gives_way_to_one_with_a_loss():
+    setup = experiment()
+    others = [(0.45, lambda w: 4j * w)]
+    data = setup.data(measured(lambda w: 30.0 * (1 + 0.6j) + 0 * w, slope=True, others=others))
+    kinds = ["rotational_spring", "ground_dashpot"]
+    chosen = bp.effects.library(setup, kinds).effects
+    null = null_hypothesis(setup, data)
+    singles = single_effects(null, chosen, lambda: None)._replace(hypotheses=[null])
+    (first,) = extended([[(null, chosen[1])]], lambda: None)
+    (both,) = extended([[(first, chosen[0])]], lambda: None)
+    found = with_other_laws(singles.with_hypotheses([both]), lambda: None)
+    assert found.log_odds(found.best()) > found.log_odds(both) + 3.0
+    assert found.best().kinds == ("attached to rotation: lossy spring", "ground_dashpot")
+    assert p_value(found.best()) > 0.01

@@ -1,5 +1,6 @@
 """Where a law acts that is in no list, and which: data of a mesh apart from this package."""
 
+import dataclasses
 import functools
 
 import jax.numpy as jnp
@@ -217,6 +218,23 @@ def test_reach_is_told_in_words():
     assert found.words()[0].startswith("displacement at 2")
     assert "dashpot - spring removes 100%" in found.words()[0]
     assert repr(found).startswith("Reach: reduced chi-square")
+
+
+def test_places_that_are_not_told_apart_are_told_and_shaded():
+    known = reached(maxwell, False)
+    assert "do not tell where" not in known.words()[0]
+    assert len(known.as_good("displacement")) == 1
+    rows = known.curves
+    near = (rows["acts_on"] == "displacement") & rows["x"].between(0.2, 0.4)
+    found = dataclasses.replace(known, curves=rows.assign(log_evidence=np.where(near, 0.0, -5.0)))
+    assert "do not tell where between 204 and 396 mm" in found.words()[0]
+    (panel,) = (
+        each
+        for each in bp.plots.reach.curves(found).axes
+        if each.get_title().startswith("displacement")
+    )
+    shaded = [p.get_x() + np.array([0, p.get_width()]) for p in panel.patches]
+    assert np.ravel(shaded)[[0, -1]] == pytest.approx([0.192, 0.408])
 
 
 def test_a_kind_of_port_that_is_not_there_is_refused():
