@@ -13,8 +13,8 @@ from .._shared.labels import AS_DRAWN, FORCE_LEVEL
 from ._colours import AFTER, BEFORE, DATA, FLOOR, INK
 from ._figures import HALF_TURN, LOGARITHM, channels, edges, in_decibels, phase_axis, unbroken
 
-DASHES = (0, (4, 2))
-"""Style of the line of a model as drawn."""
+DASHES = {FLOOR: (0, (4, 2)), BEFORE: (0, (6, 1, 1, 1))}
+"""Styles of the lines of a model as drawn and as given, which a print in grey tells apart."""
 
 OUTSIDE = f"{AS_DRAWN}, beyond the edge"
 """Label of the marks where that model lies outside of a panel."""
@@ -75,8 +75,8 @@ def show_all_of(panel: Axes, curves: Sequence[np.ndarray]) -> None:
 
 
 def line_style(color: str) -> dict[str, Any]:
-    """Style of the line of a model; that of one as drawn, before any fit, is grey and dashed."""
-    return {"color": color, "linestyle": DASHES if color == FLOOR else "-", "linewidth": 1.1}
+    """Style of the line of a model; that of the last one is unbroken."""
+    return {"color": color, "linestyle": DASHES.get(color, "-"), "linewidth": 1.1}
 
 
 def draw_phase(panel: Axes, channel: xr.Dataset, color: str) -> None:

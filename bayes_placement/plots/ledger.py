@@ -246,6 +246,8 @@ def _draw_greatest(panel: Axes, table: pd.DataFrame, kinds: list[str]) -> None:
 def probabilities(result: Ranking | Ledger, *, ax: Axes | None = None) -> Figure:
     """Draw the probability of each effect, of nothing missing and of none of these.
 
+    Those below 0.001 are counted and not drawn.
+
     Parameters
     ----------
     result
@@ -258,16 +260,18 @@ def probabilities(result: Ranking | Ledger, *, ax: Axes | None = None) -> Figure
     >>> bp.plots.ledger.probabilities(ledger).axes[0].get_xlabel()
     'posterior probability [1]'
     """
-    share = pd.Series(result.probabilities).sort_values(kind="stable")
+    every = pd.Series(result.probabilities).sort_values(kind="stable")
+    share = every[every >= SMALLEST]
     layout = panels(1, 1, ax, size=(PANEL[0], min(PAGE, 1.2 + BAR * len(share))))
     panel = layout.only
     panel.barh(range(len(share)), share, color=SUSPECT)
     for row, probability in enumerate(share):
-        text = f"{probability:.3f}" if probability >= SMALLEST else f"< {SMALLEST:g}"
-        panel.annotate(text, (probability, row), **_RIGHT_OF)
+        panel.annotate(f"{probability:.3f}", (probability, row), **_RIGHT_OF)
     panel.set_yticks(range(len(share)), share.index)
     panel.set_xlim(0, 1.15)
     panel.set_xlabel("posterior probability [1]")
+    if len(every) > len(share):
+        panel.set_title(f"below {SMALLEST:g}: {len(every) - len(share)} more")
     figure: Figure = layout.figure
     return figure
 

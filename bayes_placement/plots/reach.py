@@ -160,7 +160,7 @@ def law(
     Examples
     --------
     >>> bp.plots.reach.law(bp.reach(experiment, surprise)).axes[1].get_ylabel()
-    'phase [degrees]'
+    'phase [°]'
     """
     kind = str(reach.laws["acts_on"].iloc[0]) if acts_on is None else acts_on
     measured = _polar(reach.law_as_measured(kind))
@@ -186,7 +186,7 @@ def law(
             rule(magnitude, unit, with_masses=kind in ("displacement", "rotation", "region"))
         phase.yaxis.set_major_locator(MultipleLocator(45))
     magnitude.tick_params(axis="x", which="both", labelbottom=False)
-    phase.set(xscale="log", xlim=ends, xlabel="frequency [Hz]", ylabel="phase [degrees]")
+    phase.set(xscale="log", xlim=ends, xlabel="frequency [Hz]", ylabel="phase [°]")
     return layout.with_legend()
 
 

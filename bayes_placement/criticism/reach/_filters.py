@@ -39,6 +39,8 @@ class Part(NamedTuple):
     numbers: Callable[[Any, Any, tuple[float, float]], tuple[Any, ...]]
     words: str
     filters: bool = True
+    scale: float = 1.0
+    """Factor on the numbers in words."""
 
 
 def _ratio(omega: Any, frequency: Any) -> Any:
@@ -65,8 +67,9 @@ PARTS: Mapping[str, Part] = {
     "delay": Part(
         lambda omega, delay: np.exp(-1j * omega * delay),
         lambda size, other, band: (size * 0.5 / band[1],),  # half a period of the last line
-        "delay of {:g} s",
+        "delay of {:g} µs",
         filters=False,
+        scale=1e6,
     ),
     "low-pass": Part(
         lambda omega, corner: 1 / loss_of_order(_ratio(omega, corner), 1),
@@ -129,7 +132,9 @@ class ChannelFilter:
     def in_words(self) -> str:
         """Its parts with their numbers."""
         return " and ".join(
-            PARTS[name].words.format(*(float(f"{number:.3g}") for number in numbers))
+            PARTS[name].words.format(
+                *(float(f"{PARTS[name].scale * number:.3g}") for number in numbers)
+            )
             for name, numbers in self.parts.items()
         )
 

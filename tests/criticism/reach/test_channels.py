@@ -152,7 +152,7 @@ def test_each_channel_and_all_of_them_are_tried():
 
 def test_channels_are_told_in_words_and_in_a_file():
     found = reached("one")
-    words = r"channel s2: gain of 0\.9[23]\d* and delay of 0\.0\d+ s removes 100% of the misfit"
+    words = r"channel s2: gain of 0\.9[23]\d* and delay of [\d.]+ µs removes 100% of the misfit"
     assert re.match(words, found.words()[0])
     (entry,) = (each for each in found.to_json() if each["acts_on"] == "channel")
     assert entry["best"]["law_tree"] == ["*", "gain", "delay"]
