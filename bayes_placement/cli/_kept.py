@@ -1,6 +1,9 @@
 """What an earlier run found, kept in the user's cache by a hash of all that it follows from."""
 
+import os
 import pickle
+import stat
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +13,7 @@ from .._shared.errors import WritingError, warn
 from ..experiment.array_store import ArrayStore
 from ..experiment.content_hash import content_hash
 from ..inference.record import versions
-from ..io.model import sources
+from ..io.model import _sources
 
 NOT_WRITTEN = (pickle.PicklingError, AttributeError, TypeError)
 """Raised where an object of the user cannot be written to bytes."""
@@ -19,13 +22,14 @@ NOT_WRITTEN = (pickle.PicklingError, AttributeError, TypeError)
 class KeptAnswer:
     """A result that follows from inputs, the text of the model and versions of libraries alone.
 
-    Without a folder nothing is kept.
+    Nothing is kept without a folder, or in one to which others may write: a result is a pickle.
     """
 
     def __init__(self, folder: Path | None, *inputs: Any):
-        self._files = None if folder is None else ArrayStore(folder)
+        is_kept = folder is not None and _is_private(folder)
+        self._files = ArrayStore(folder) if folder is not None and is_kept else None
         try:
-            self._key = "" if folder is None else content_hash(versions(), sources(), *inputs)
+            self._key = "" if self._files is None else content_hash(versions(), _sources(), *inputs)
         except NOT_WRITTEN:
             self._files = None
 
@@ -45,3 +49,12 @@ class KeptAnswer:
             return
         except WritingError as error:
             warn(f"What this run found is not kept for a later one: {error}")
+
+
+def _is_private(folder: Path) -> bool:
+    """Whether the user alone may write to a folder, which is made; on Windows its place says so."""
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    if sys.platform == "win32":
+        return True
+    state = folder.stat()
+    return state.st_uid == os.getuid() and not state.st_mode & (stat.S_IWGRP | stat.S_IWOTH)

@@ -143,7 +143,7 @@ def _folder_on_import_path(folder: Path) -> Iterator[None]:
         ]
 
 
-def sources() -> list[bytes]:
+def _sources() -> list[bytes]:
     """Text of the last model file, and of the modules of its folder that it imported."""
     files = (getattr(module, "__file__", None) for module in (*_READ, *_imported()))
     return [Path(file).read_bytes() for file in files if file is not None]

@@ -1,5 +1,6 @@
 """What an earlier run found is believed where nothing has changed of what it follows from."""
 
+import sys
 from functools import partial
 from pathlib import Path
 
@@ -45,6 +46,16 @@ def test_what_follows_from_anything_else_is_found_anew(tmp_path, changed):
     kept_for(tmp_path).write(found)
     known = kept_for(tmp_path, **changed).read()
     assert known is None if changed else known == found
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such modes")
+@pytest.mark.parametrize("mode", [0o770, 0o707])
+def test_nothing_is_kept_where_others_may_write(tmp_path, mode):
+    kept_for(tmp_path).write("found")
+    (tmp_path / "fits").chmod(mode)
+    assert kept_for(tmp_path).read() is None
+    (tmp_path / "fits").chmod(0o755)
+    assert kept_for(tmp_path).read() == "found"
 
 
 def test_nothing_is_kept_without_a_folder_nor_of_what_has_no_bytes(tmp_path):
