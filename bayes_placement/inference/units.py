@@ -30,6 +30,11 @@ def three_digits(value: float) -> str:
     return f"{value:.0f}" if 1e2 <= abs(value) < 1e6 else f"{value:#.3g}"
 
 
+def probability_in_words(share: float) -> str:
+    """Write a probability with two digits; what is below a thousandth only as such."""
+    return f"probability {share:.2g}" if share >= 1e-3 else "probability below 0.001"
+
+
 class ReadableUnit(NamedTuple):
     """A unit for people."""
 

@@ -15,6 +15,7 @@ from .._shared.arguments import arguments_checked
 from ..criticism.reach._channels import CHANNELS, NOWHERE
 from ..criticism.reach.reach import Reach
 from ..experiment.experiment import Experiment
+from ..inference.units import probability_in_words
 from ..laws.tabulated import COMPLIANCES
 from . import structure as structure_plots
 from ._colours import AFTER, BEFORE, DATA, FAINT, FIFTH, FLOOR, FOURTH
@@ -125,7 +126,7 @@ def curves(
 
 def _title(reach: Reach, subject: str, best: Any) -> str:
     probability = reach.kinds()["probability"][best["acts_on"]]
-    words = f"{subject}: {best['law'].in_words()} (probability {probability:.2g})"
+    words = f"{subject}: {best['law'].in_words()} ({probability_in_words(probability)})"
     return textwrap.fill(words, LETTERS)
 
 
@@ -173,7 +174,7 @@ def law(
     magnitude, phase = layout.axes.flat
     _dots(magnitude, phase, measured, curves[0])
     for (_, row), values, style in zip(laws.iterrows(), curves, STYLES, strict=False):
-        label = f"{row['law'].in_words()} (probability {row['probability']:.2g})"
+        label = f"{row['law'].in_words()} ({probability_in_words(row['probability'])})"
         magnitude.plot(lines, np.abs(values), label=label, zorder=3, **style)
         phase.plot(lines, np.degrees(np.angle(values)), zorder=3, **style)
     ends = lines[0] / MARGIN, lines[-1] * MARGIN

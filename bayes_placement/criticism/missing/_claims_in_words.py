@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...inference.units import probability_in_words
 from ...laws.canonical import WORDS
 from ...laws.law import Element, Group, Law, Scaled
 from ...laws.symbols import Number, numbers
@@ -47,7 +48,7 @@ def _in_words(entry: Entry) -> str:
 
 
 def _odds(share: float | None) -> str:
-    return "" if share is None else f" (probability {share:.2g})"
+    return "" if share is None else f" ({probability_in_words(share)})"
 
 
 def where_in_words(entry: Entry) -> str:

@@ -14,7 +14,7 @@ from ..._shared.reprs import notebook_html
 from ...inference.chi2 import LEVEL
 from ...inference.engines.levenberg_marquardt import Fit
 from ...inference.residuals import Problem
-from ...inference.units import three_digits
+from ...inference.units import probability_in_words, three_digits
 from ..locations import ends
 from ._as_measured import as_measured
 from ._at_port import AnyPort, ReachOfPort
@@ -232,8 +232,9 @@ class Reach:
             *self._none_explains(kinds),
             *(
                 f"{_subject(acts_on, row)}: {row['law'].in_words()} removes "
-                f"{row['few_numbers']:.0%} of the misfit (probability {row['probability']:.2g})"
-                f"{_by_any_law(row)}{self._as_well(acts_on)}."
+                f"{row['few_numbers']:.0%} of the misfit "
+                f"({probability_in_words(row['probability'])}){_by_any_law(row)}"
+                f"{self._as_well(acts_on)}."
                 for acts_on, row in kinds.iterrows()
             ),
             *filter(None, [self.limits]),
