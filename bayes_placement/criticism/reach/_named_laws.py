@@ -51,7 +51,8 @@ BEST_LAWS = 6
 """Laws of a kind of port that are fitted in full, with their places and all other unknowns."""
 
 BEST_OF_MANY = 2
-"""The same of laws that act at many places at once, whose responses take long."""
+"""The same of laws that act at many places at once, whose responses take long: beside the best at
+each place, since the extent leaves more than one hollow."""
 
 REFINED, ROUNDS = 2, 3
 """Ports of the best laws, and how often every network is fitted there once more, at most."""
@@ -211,8 +212,12 @@ def _laws_at(reach: ReachOfPort, points: Points, pieces: int) -> list[NamedLaw]:
     rows, starts = reach.rows(), STARTS // len(points)
     every = np.arange(len(rows.trees))
     found = fitted_laws(reach.port, reach.free, rows, points, every, starts, MOST_LINES)
-    most = BEST_OF_MANY if isinstance(reach.free, FreeLawOfMany) else BEST_LAWS
-    begins = _best_rows(*found, rows.trees)[:most]
+    if isinstance(reach.free, FreeLawOfMany):
+        laws, _, evidence = found
+        of_places = [laws[place, row] for place, row in enumerate(np.argmax(evidence, axis=1))]
+        begins = [*of_places, *_best_rows(*found, rows.trees)[:BEST_OF_MANY]]
+    else:
+        begins = _best_rows(*found, rows.trees)[:BEST_LAWS]
     return _in_full(reach, rows, np.array(begins), pieces)
 
 
