@@ -17,7 +17,11 @@ export class Steps {
     const { steps, current, path, script } = this.store.state;
     if (!this.canvas.isConnected) element("steps").replaceChildren(this.canvas, this.list);
     this.list.replaceChildren(...steps.map((step, number) => this.row(step, number, current, path)), ...this.found);
-    element("script").textContent = script;
+    const pane = element("script");
+    pane.textContent = script;
+    pane.scrollTop = pane.scrollHeight; // its last line is the newest
+    const row = this.list.querySelector(".current");
+    if (row) this.list.scrollTop = row.offsetTop - this.list.offsetTop - (this.list.clientHeight - row.clientHeight) / 2;
     this.draw();
   }
 
@@ -71,6 +75,7 @@ export class Steps {
   grid(pen, width, y, bottom, top) {
     pen.font = "11px system-ui";
     pen.lineWidth = 1;
+    const apart = Math.ceil(Math.log10(top / bottom) / 6); // names of more would overlap
     for (let power = Math.ceil(Math.log10(bottom)); power <= Math.log10(top); power += 1) {
       pen.strokeStyle = colour(power === 0 ? "--completed" : "--line");
       pen.beginPath();
@@ -78,7 +83,7 @@ export class Steps {
       pen.lineTo(width, y(10 ** power));
       pen.stroke();
       pen.fillStyle = colour("--faint");
-      pen.fillText(power > 4 ? `1e${power}` : String(10 ** power), 0, y(10 ** power) + 4);
+      if (power % apart === 0) pen.fillText(power > 4 ? `1e${power}` : String(10 ** power), 0, y(10 ** power) + 4);
     }
   }
 }
