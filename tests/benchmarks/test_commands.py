@@ -16,7 +16,7 @@ HELP, MAIN, UPDATE = 0.4, (18.0, 8.0), 90.0
 
 BASE = "import jax, numpyro"
 KEPT, SHOWN = 3.0, 2.0
-"""Seconds asked beyond these imports: of a run whose fits are kept; of what computes nothing."""
+"""Seconds asked beyond these imports: of a run whose answer is kept; of what computes nothing."""
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def test_what_is_beyond_the_imports_of_others(page, tmp_path):
     model = str(ROOT / "models/hidden_effect.py")
     results = "results/hidden_effect/improve-1"
     commands = {
-        "main example, fits kept": (["improve", model], KEPT),
+        "main example, answer kept": (["improve", model], KEPT),
         "show of its model": (["show", model], SHOWN),
         "report of its run": (["report", results], SHOWN),
     }

@@ -88,7 +88,7 @@ class _ErroneousModel:
     def log_evidence_gained(self, hypothesis: Hypothesis, problem: Problem) -> float:
         """Log of the mean likelihood ratio over places and settings, at the best strengths."""
         points = self._points(hypothesis, problem)
-        change = self._changes(problem, hypothesis.effects[0], points)
+        change = self._residual_change(problem, hypothesis.effects[0], points)
         change = change[np.all(np.isfinite(change), axis=1)]
         # At the best fit the slope of the cost along all that is refitted is zero.
         pull = -change @ self.residual
@@ -103,7 +103,7 @@ class _ErroneousModel:
         best = change[is_sensitive][np.argmax(gain)]
         return float(logsumexp(gain) - np.log(len(points)) + self._gained_by_other_sizes(best))
 
-    def _changes(self, problem: Problem, effect: Effect, points: np.ndarray) -> np.ndarray:
+    def _residual_change(self, problem: Problem, effect: Effect, points: np.ndarray) -> np.ndarray:
         """What an effect changes at points; a vector of strengths along its best direction."""
         _, change = changes(problem, effect, points, self.residual)
         if len(change) == len(points):

@@ -198,8 +198,8 @@ def can_be_reached(problem: Problem) -> bool:
 
 def _is_applied(experiment: Experiment) -> bool:
     """Whether laws come in as numbers at the lines."""
-    resized = any(change.changes_size for change in experiment.structure.of_kind(GlobalChange))
-    return not resized and not needs_other_lines(experiment)
+    changes_size = any(change.changes_size for change in experiment.structure.of_kind(GlobalChange))
+    return not changes_size and not needs_other_lines(experiment)
 
 
 def _struts(scales: Scales, law: Law) -> list[Any]:
