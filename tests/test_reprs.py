@@ -267,6 +267,7 @@ def test_html_of_a_noun_shows_priors_or_else_fields():
 def test_completion_offers_what_a_room_defines():
     assert {"Modal", "Rayleigh"} <= {*dir(bp.damping)}
     assert {"suspicion", "probabilities"} <= {*dir(bp.plots.ledger)}
+    assert callable(bp.plots.experiment)  # which imports the module that has it
     rooms = (
         bp.damping,
         bp.model_error,

@@ -11,8 +11,8 @@ _attribute, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 
 def __getattr__(name: str) -> Any:
-    """Return a module, which offers to complete what it defines, or a function."""
+    """Return a module or a function; modules offer to complete what they define."""
     member = _attribute(name)
-    if isinstance(member, ModuleType):
-        offer_own(member)
+    loaded = [globals().get(word) for word in __all__]  # also what others import, not asked for
+    offer_own(*(module for module in loaded if isinstance(module, ModuleType)))
     return member
