@@ -87,7 +87,16 @@ def test_a_mass_is_dropped_dragged_and_fitted_by_mouse_and_the_script_says_the_s
         assert page.locator("#matrix button[aria-pressed=true]").get_attribute("aria-label") == (
             "s3+x a1+x"  # the worst channel
         )
+        page.locator("#bands").dispatch_event("click", {"clientX": -5, "clientY": 5e3})  # beside
+        page.locator("#whole").click()
         page.locator("#kinds button", has_text="force").wait_for()
+        over = page.locator(".u-over").first.bounding_box()
+        page.mouse.move(over["x"] + 50, over["y"] + 40)
+        page.mouse.down()
+        page.mouse.move(over["x"] + 250, over["y"] + 40, steps=4)
+        is_shown(page, "#kinds", r"any law \d+ %.*upper bound")
+        page.mouse.up()
+        page.locator("#whole").click()
         box = page.locator("#structure").bounding_box()
         height = box["y"] + 0.6 * box["height"]
 
