@@ -105,7 +105,8 @@ def _run(path: Path) -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
     with _folder_on_import_path(path.resolve().parent), _guarded(path.resolve()):
-        spec.loader.exec_module(module)
+        # Not from bytecode, which is taken for that of another text of one size and second.
+        exec(compile(content, str(path.resolve()), "exec"), vars(module))
     # Other processes cannot import it by its name: they get its classes and functions as they are.
     _READ[:] = [module]
     for defined in (module, *_imported()):
