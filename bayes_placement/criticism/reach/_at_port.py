@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+import pandas as pd
 from jaxtyping import Float
 
 from ...experiment.variants import evenly_spread
@@ -11,6 +12,7 @@ from ...inference.engines.levenberg_marquardt import minimise
 from ...inference.residuals import Problem, point_in_problem
 from ...laws.rows import NUMBERS
 from ..kept_fits import NONE, Tree, stored_or_computed
+from ..locations import ends
 from ..screening_lines import at_lines_of_descents
 from ._asked import NETWORK, PLACE, Asked, LawsAsked, Rows
 from ._channels import ChannelPort
@@ -39,6 +41,10 @@ Places = Float[np.ndarray, "place coordinate"]
 
 AnyPort: TypeAlias = Port | ChannelPort
 """Where a law or a factor acts."""
+
+
+PLACES = ("x", "y", "z", "to_x", "to_y", "to_z")
+"""Columns of places [m]: where a law acts, and the other end of a strut."""
 
 
 class ReachOfPort(NamedTuple):
@@ -205,3 +211,23 @@ def rows_of(port: AnyPort, free: Any) -> Rows:
 
 def omega_of(free: Free) -> Any:
     return 2 * np.pi * np.asarray(free.problem.experiment.frequency, float)
+
+
+def where(port: AnyPort, problem: Problem, points: Points) -> pd.DataFrame:
+    """Return kind, setting and places of a port at points."""
+    experiment = problem.experiment
+    effect = port.effect_in(experiment)
+    values = problem.coordinates.named(points)
+    places = ends(effect, experiment, values, len(points))
+    unused = [np.full((len(points), 3), np.nan)] * (2 - len(places))
+    table = pd.DataFrame(np.concatenate([*places, *unused], axis=1), columns=list(PLACES))
+    table.insert(0, "setting", port.setting(experiment))
+    table.insert(0, "acts_on", port.acts_on)
+    return table
+
+
+def ends_in_metres(row: Any) -> list[list[float]]:
+    """Return the places of a row, each a list of coordinates [m]."""
+    places = [[float(row[name]) for name in names] for names in (PLACES[:3], PLACES[3:])]
+    known = [[number for number in place if np.isfinite(number)] for place in places]
+    return [place for place in known if place]

@@ -15,18 +15,14 @@ from ...inference.chi2 import LEVEL
 from ...inference.engines.levenberg_marquardt import Fit
 from ...inference.residuals import Problem
 from ...inference.units import probability_in_words, three_digits
-from ..locations import ends
 from ._as_measured import as_measured
-from ._at_port import AnyPort, ReachOfPort
+from ._at_port import PLACES, ReachOfPort, ends_in_metres, where
 from ._channels import CHANNELS, NOWHERE
-from ._free_law import Points, tells_phase
+from ._free_law import tells_phase
 from ._in_bands import OF_LAW, LeftInBands, left_in_bands
 from ._named_laws import STRONG, NamedLaw, simplest
 from ._of_modes import ReachOfEffect
 from ._reached_channels import reached_channels
-
-PLACES = ("x", "y", "z", "to_x", "to_y", "to_z")
-"""Columns of places [m]: where a law acts, and the other end of a strut."""
 
 Reached: TypeAlias = ReachOfPort | ReachOfEffect
 """What laws at a port can do, or of modal parameters effects."""
@@ -368,26 +364,6 @@ def _share(left: Any, squares: float, problem: Problem) -> Any:
     """Share of the misfit above noise that is removed; zero where there is none."""
     above = squares - problem.count
     return np.clip((squares - left) / above, 0.0, 1.0) if above > 0 else 0.0 * left
-
-
-def where(port: AnyPort, problem: Problem, points: Points) -> pd.DataFrame:
-    """Return kind, setting and places of a port at points."""
-    experiment = problem.experiment
-    effect = port.effect_in(experiment)
-    values = problem.coordinates.named(points)
-    places = ends(effect, experiment, values, len(points))
-    unused = [np.full((len(points), 3), np.nan)] * (2 - len(places))
-    table = pd.DataFrame(np.concatenate([*places, *unused], axis=1), columns=list(PLACES))
-    table.insert(0, "setting", port.setting(experiment))
-    table.insert(0, "acts_on", port.acts_on)
-    return table
-
-
-def ends_in_metres(row: Any) -> list[list[float]]:
-    """Return the places of a row, each a list of coordinates [m]."""
-    ends = [[float(row[name]) for name in names] for names in (PLACES[:3], PLACES[3:])]
-    known = [[number for number in end if np.isfinite(number)] for end in ends]
-    return [end for end in known if end]
 
 
 def _number_or_none(value: Any) -> float | None:
