@@ -786,7 +786,7 @@ CALLS = {
     ),
     "read missing": (
         lambda: bp.io.read_measurement("no.uff"),
-        "no file no.uff; a file with measurement is needed. Check the folder:",
+        "no file no.uff; a file with a measurement is needed. Check the folder:",
     ),
     "read any number": (
         lambda: bp.io.read(3),

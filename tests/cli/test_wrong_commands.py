@@ -39,7 +39,7 @@ COMMANDS = {
     "check measured.uff": (REFUSED, "measured.uff is no Python file"),
     "check study.py": (USAGE, "study.py declares no `measurement` and no --data file"),
     "check study.py --data no.uff": (USAGE, "There is no file no.uff"),
-    "check study.py --data folder": (USAGE, "folder is a folder; a file with measurement"),
+    "check study.py --data folder": (USAGE, "folder is a folder; a file with a measurement"),
     "check study.py --data empty.uff": (REFUSED, "empty.uff is not a universal file"),
     "check study.py --data empty.csv": (REFUSED, "empty.csv is empty (0 bytes)"),
     "check study.py --data study.py": (REFUSED, "study.py: no row of it has a number"),
