@@ -51,7 +51,7 @@ def test_what_amplitudes_do_not_tell_is_said():
     assert json.loads(json.dumps(reached().to_json()))[0]["curve"][0]["any_law"] is None
     with pytest.raises(InputError, match="complex FRFs are needed"):
         reached().law_as_measured()
-    with pytest.raises(InputError, match="complex FRFs of one state are needed"):
+    with pytest.raises(InputError, match="complex FRFs of one state at fewer lines are needed"):
         reached().any_law_within(0.0, 1e4)
 
 
