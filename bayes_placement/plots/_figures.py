@@ -2,8 +2,8 @@
 
 import itertools
 from collections import ChainMap
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple, TypeAlias
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -13,7 +13,6 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from .._shared.errors import InputError
 from .._shared.labels import FORCE_LEVEL
-from ..criticism.missing.ledger import Ledger
 from ._colours import DATA, PAPER
 from ._plain_figure import PlainFigure
 
@@ -305,12 +304,3 @@ def _columns(labels: list[str], width: float) -> int:
         if letters * LETTER <= width:
             return count
     return 1
-
-
-Fits: TypeAlias = Ledger | Mapping[str, xr.Dataset]
-"""A ledger, or what its models predict by their names."""
-
-
-def fits_of(result: Fits) -> Mapping[str, xr.Dataset]:
-    """What models predict, by their names."""
-    return result.fits if isinstance(result, Ledger) else result

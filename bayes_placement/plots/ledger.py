@@ -27,12 +27,10 @@ from ._figures import (
     PAGE,
     PANEL,
     STAR,
-    Fits,
     channel_panels,
     channels,
     color_bar,
     edges,
-    fits_of,
     maps_and_bars,
     pages_of,
     panels,
@@ -47,6 +45,7 @@ from ._fit_panels import (
     draw_response,
     mark_outside,
 )
+from ._fits import Fits, fits_of
 from ._instruments import thinness
 
 MOST_MAPS = 4

@@ -15,17 +15,16 @@ from ._colours import AFTER, BEFORE, INK
 from ._figures import (
     PAGE,
     PANEL,
-    Fits,
     channel_panels,
     channels,
     edges,
-    fits_of,
     force_levels,
     frequency_axis,
     pages_of,
     panels,
 )
 from ._fit_panels import draw_maps, height_of, in_bands
+from ._fits import Fits, fits_of
 from ._plain_figure import WIDTH
 
 FIRST_PART, SECOND_PART = AFTER, BEFORE

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from .._shared.arguments import arguments_checked
 from .._shared.errors import InputError
 from ._colours import AFTER, BEFORE, DATA, FIFTH, FOURTH, INK
-from ._figures import PAGE, Fits, fits_of, panels
+from ._figures import PAGE, panels
 from ._fit_panels import (
     Colours,
     draw_assurance,
@@ -18,6 +18,7 @@ from ._fit_panels import (
     has_damping,
     with_shapes,
 )
+from ._fits import Fits, fits_of
 
 COLOURS = Colours(DATA, (BEFORE, AFTER, FOURTH, FIFTH), square=AFTER, ink=INK)
 """As in the other figures of data, and of models before and after."""

@@ -1,6 +1,7 @@
 """Where something that is missing may act, whatever it is: the place before the law."""
 
 from concurrent.futures import Executor
+from typing import Any
 
 from threadpoolctl import threadpool_limits
 
@@ -16,11 +17,12 @@ from ...experiment.noise import Data
 from ...inference.chi2 import LEVEL
 from ...inference.residuals import Problem
 from ...inference.residuals_of_state import State
-from ..reach._named_laws import reached_ports
+from ..reach._free_law import tells_phase
+from ..reach._named_laws import NamedLaw, reached_ports
 from ..reach._of_modes import ports_of_effects, reached_modes
-from ..reach._ports import Port, can_be_reached, every_port, ports_of
+from ..reach._ports import can_be_reached, ports_of, ports_of_many
 from ..reach._scanned import step_of_fits
-from ..reach.reach import Reach, reach_of
+from ..reach.reach import Reach, fails, reach_of
 from ..screening_lines import thinned
 from ._before_and_after import fitted_baseline, nothing_new, over_both, state_of
 from ._candidates import check_experiment
@@ -28,8 +30,8 @@ from ._hypotheses import Hypothesis, null_hypothesis
 from ._model_error_choice import ticks
 from ._posterior_odds import passes
 
-OF_PORTS = 0.75
-"""Share of the work that the laws at all ports are; the best of them and the channels follow."""
+SHARE = (0.0, 0.75)
+"""Ends of the work that the laws at all ports are; the best of them and the channels follow."""
 
 
 @arguments_checked
@@ -57,11 +59,12 @@ def reach(
         The model as given, with its priors.
     measurement
         Measured FRFs. Of amplitudes alone only laws of few numbers are tried: one that is free at
-        each line has two unknowns there, and each channel gives one equation; none on a segment or
-        in the modulus. Of modal parameters a mass, a spring, a dashpot or a local loss of
-        stiffness. Of more than 131,072 numbers laws
+        each line has two unknowns there, and each channel gives one equation. Of modal parameters a
+        mass, a spring, a dashpot or a local loss of stiffness. Of more than 131,072 numbers laws
         are fitted at lines that are evenly spread. Where descents all over a mesh would take long,
         all its nodes are scanned at all lines, and laws fitted at the hundred best of each kind.
+        Laws on segments of a line and in the modulus, which take long, are tried on complex FRFs
+        where no law at one place, or between two, explains these.
     baseline
         What was measured before, in an earlier state of the same structure: all unknowns are
         shared, and laws act in the later state alone, so that they are what is new since. Its lines
@@ -118,27 +121,31 @@ def reach(
             "that changes the record or the size of the structure, since a law is read from the "
             "response at each line: observe=bp.observe.Complex()."
         )
-    problem, point = known.problem, known.fit.point
-    ports = _ports(problem.experiment)
-    tick = ticks(progress, len(ports), (0.0, OF_PORTS))
     with done_by(executor):
-        reached, laws = (
-            reached_modes(problem, point, ports, tick)
-            if is_modal
-            else reached_ports(problem, point, ports, tick, whole)
-        )
+        reached, laws = _reached(known, whole, progress)
     # Bands of a sample of the lines would be others.
-    found = reach_of(problem, null.fit, reached, laws, with_bands=whole is None)
+    found = reach_of(known.problem, null.fit, reached, laws, with_bands=whole is None)
     progress(1.0)
     return found
 
 
-def _ports(experiment: Experiment) -> list[Port]:
-    """Every kind of port that such data can tell; of modal parameters every effect."""
-    observe = experiment.observe
-    if observe.is_modal:
-        return ports_of_effects(experiment)
-    return every_port(experiment) if observe.parts > 1 else ports_of(experiment)
+def _reached(
+    known: Hypothesis, whole: Problem | None, progress: Progress
+) -> tuple[list[Any], list[NamedLaw]]:
+    """What laws can do at all kinds of ports, and the best of them; of modal parameters effects."""
+    problem, point = known.problem, known.fit.point
+    experiment = problem.experiment
+    if experiment.observe.is_modal:
+        effects = ports_of_effects(experiment)
+        return reached_modes(problem, point, effects, ticks(progress, len(effects), SHARE))
+    ports = ports_of(experiment)
+    many = ports_of_many(experiment) if tells_phase(problem) else []
+    tick = ticks(progress, len(ports) + len(many), SHARE)
+    reached, laws = reached_ports(problem, point, ports, tick, whole)
+    if many and fails(problem, min(law.fit.squares for law in laws)) is not False:
+        further, named = reached_ports(problem, point, many, tick)
+        reached, laws = [*reached, *further], [*laws, *named]
+    return reached, laws
 
 
 def _as_before(

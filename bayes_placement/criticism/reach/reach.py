@@ -314,14 +314,13 @@ def reach_of(
         for kind, law in best.items()
         if tells_phase(problem)
     }
-    fails = bool(chdtrc(problem.count, squares) < LEVEL) if _is_noise_known(problem) else None
     chi2_per_datum = squares / problem.count
     return Reach(
         curves.reset_index(drop=True),
         table,
         chi2_per_datum,
         measured,
-        fails,
+        fails(problem, squares),
         is_new=problem.baseline is not None,
         limits=_limits(problem),
         in_bands=left_in_bands(problem, fit.point, reaches) if with_bands else None,
@@ -335,9 +334,12 @@ def _limits(problem: Problem) -> str:
     return "" if tells_phase(problem) else OF_AMPLITUDES
 
 
-def _is_noise_known(problem: Problem) -> bool:
+def fails(problem: Problem, squares: float) -> bool | None:
+    """Whether a sum of squares is more than that of noise; None where its level is unknown."""
     noise = problem.experiment.noise
-    return noise is not None and noise.deviation(problem.data) is not None
+    if noise is None or noise.deviation(problem.data) is None:
+        return None
+    return bool(chdtrc(problem.count, squares) < LEVEL)
 
 
 def _curve(reached: Reached, squares: float) -> pd.DataFrame:
