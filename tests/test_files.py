@@ -156,6 +156,7 @@ def test_killed_writers_leave_complete_files(tmp_path):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_writers_that_are_killed_often_leave_complete_files(tmp_path):
     killed_writers(tmp_path, 500)
 

@@ -232,6 +232,7 @@ def test_much_damage_is_told(readers, tmp_path_factory, name, changes):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 @pytest.mark.parametrize("name", SLOW)
 @settings(max_examples=150, **QUIET)
 @given(changes=CHANGES)
