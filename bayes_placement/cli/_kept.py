@@ -1,4 +1,7 @@
-"""What an earlier run found, kept in the user's cache by a hash of all that it follows from."""
+"""What an earlier run found, kept in the user's cache by a hash of all that it follows from.
+
+Inputs of a question come in, what was found goes out; what is asked is not known here.
+"""
 
 import os
 import pickle
@@ -26,8 +29,7 @@ class KeptAnswer:
     """
 
     def __init__(self, folder: Path | None, *inputs: Any):
-        is_kept = folder is not None and _is_private(folder)
-        self._files = ArrayStore(folder) if folder is not None and is_kept else None
+        self._files = ArrayStore(folder) if folder and _is_private(folder) else None
         try:
             self._key = "" if self._files is None else content_hash(versions(), _sources(), *inputs)
         except NOT_WRITTEN:

@@ -2,7 +2,8 @@
 
 There residuals r(Z) are no longer linear in one number. To second order about any law they are,
 r + a t with t = Z / (1 + h Z), of which h follows from a step of Z and from two. From no law on,
-Newton's steps to the Z of least squares lead to that of least residuals at each line.
+Newton's steps to the Z of least squares lead to that of least residuals at each line. Points come
+in, what a law does there goes out; on what it acts is not known here.
 """
 
 import numpy as np

@@ -3,6 +3,7 @@
 About a fit with the law free at each line residuals are linear in all other unknowns, and the law
 is left out line by line. What a band then leaves follows from products of slopes and residuals,
 which are sums over its lines: of those before each line, so that a band is a difference of two.
+Fits with free laws come in, shares of any band go out; who asks for it is not known here.
 """
 
 import itertools
