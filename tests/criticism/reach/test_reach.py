@@ -217,7 +217,8 @@ def test_places_that_are_not_told_apart_are_told_and_shaded():
     assert len(known.as_good("displacement")) == 1
     rows = known.curves
     near = (rows["acts_on"] == "displacement") & rows["x"].between(0.2, 0.4)
-    found = dataclasses.replace(known, curves=rows.assign(log_evidence=np.where(near, 0.0, -5.0)))
+    evidence = np.where(near, -2.5 * (rows["x"] > 0.3), -3.5)  # strong evidence is 3.0
+    found = dataclasses.replace(known, curves=rows.assign(log_evidence=evidence))
     assert "do not tell where between 204 and 396 mm" in found.words()[0]
     (panel,) = (
         each
