@@ -76,9 +76,10 @@ class Embedded:
     Stiffness and mass vary along a structure: each piece of a uniform bar or beam has the
     stiffness of the model times exp(stiffness_and_mass * e), and its mass likewise. Of a finite
     element model, each region has such a stiffness, and each of 36 cells of neighbouring nodes
-    such a mass. This moves natural frequencies and shapes together, as errors of single modes do
-    not. Both have one size, since a wave hardly tells a stiffer piece from one that is lighter
-    and as much longer. Of a model without regions no piece is known.
+    such a mass; where there are no regions, each cell such a stiffness. This moves natural
+    frequencies and shapes together and mixes close modes, as errors of single modes do not. Both
+    have one size, since a wave hardly tells a stiffer piece from one that is lighter and as much
+    longer. Of modes handed over without mass no piece is known.
 
     In a roved test a structure is not the same in all runs: it is warmer, or its joints slip more
     where a hit is harder. In the run of each actuator natural frequencies are those of the

@@ -44,16 +44,17 @@ class Excess(NamedTuple):
 def piece_shares(modes: Modes, pieces: int, count: int) -> PieceShares | None:
     """Share of each piece in the energies between some modes; None where no piece is known.
 
-    Pieces of a uniform bar or beam are so many of equal length. Those of the stiffness of a finite
-    element model are its regions, as many as it has; those of its mass are its cells. The modes
-    that they mix are the lowest, rigid-body modes among them.
+    Pieces of a uniform bar or beam are so many of equal length. Those of the mass of a finite
+    element model are its cells; those of its stiffness are its regions, as many as it has, or the
+    cells again where it has none. The modes that they mix are the lowest, rigid-body modes among
+    them.
     """
     base = original(modes)
     nodal = nodal_of(base)
     if isinstance(base, Waveguide):
         shares = _of_waveguide(base, pieces)
-    elif nodal is not None and nodal.regions.names:
-        shares = _of_regions(nodal)
+    elif nodal is not None and (nodal.regions.names or len(nodal.cell_masses) > 1):
+        shares = _of_nodal(nodal)
     else:
         return None
     return PieceShares(*(share[:, :count, :count] for share in shares))
@@ -106,11 +107,25 @@ def _shapes_and_strains(
     return jax.vmap(at)(jnp.asarray(position))
 
 
-def _of_regions(nodal: NodalModes) -> PieceShares:
-    natural = _elastic(nodal)
+def _of_nodal(nodal: NodalModes) -> PieceShares:
+    natural, mass = _elastic(nodal), np.asarray(nodal.cell_masses)
+    if not nodal.regions.names:
+        return PieceShares(_strained_where_it_moves(mass, natural), mass)
     scale = float(nodal.stiffness_scale() / nodal.mass_scale())
     stiffness = np.asarray(nodal.regions.matrices) * scale / (natural[:, None] * natural)
-    return PieceShares(stiffness, np.asarray(nodal.cell_masses))
+    return PieceShares(stiffness, mass)
+
+
+def _strained_where_it_moves(
+    mass: Float[np.ndarray, "cell mode mode"], natural: Float[np.ndarray, "mode"]
+) -> Float[np.ndarray, "cell mode mode"]:
+    """Share of each cell in the strain energies where no stiffness is known cell by cell.
+
+    It is that in the kinetic energies, as in a plate on simple supports away from its edges: modes
+    close to one another are mixed alike, and by those the response changes.
+    """
+    elastic = np.isfinite(natural)
+    return np.where(elastic & elastic[:, None], mass, 0.0)
 
 
 def _elastic(modes: Modes) -> Float[np.ndarray, "mode"]:

@@ -3,6 +3,7 @@
 import functools
 from dataclasses import replace
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -12,6 +13,7 @@ import scipy.linalg
 import bayes_placement as bp
 from bayes_placement._shared.compiled import compiled
 from bayes_placement._shared.errors import InputError
+from bayes_placement.modes.finite_elements._part_factors import NamedMatrices
 from bayes_placement.modes.finite_elements.cell_masses import _cells, checked_cell_masses
 from bayes_placement.modes.uneven_pieces import Excess, piece_shares, with_uneven_pieces
 from tests.in_space import Linear
@@ -130,6 +132,20 @@ def test_one_factor_everywhere_scales_every_eigenvalue():
     ):
         np.testing.assert_allclose(frequency / frequencies[0] - 1, expected - 1, rtol=0.02)
     assert not np.allclose(frequencies[0], structure.modes.natural_frequency[2:8])
+
+
+def test_without_regions_cells_mix_modes_much_as_patches_of_stiffness_do():
+    """Cells leave at most 15 % of what uneven patches of a plate do between its lowest modes."""
+    given = modes("plate")
+    whole = eqx.tree_at(lambda plate: plate.regions, given, NamedMatrices.of({}, 30))
+    lowest = np.triu_indices(8)
+    patches, cells = (
+        piece_shares(plate, PIECES, 8).stiffness[:, *lowest].T for plate in (given, whole)
+    )
+    mixed = patches @ np.random.default_rng(6).standard_normal((PIECES, 50))
+    left = mixed - cells @ np.linalg.lstsq(cells, mixed, rcond=1e-6)[0]
+    assert np.linalg.norm(left) < 0.15 * np.linalg.norm(mixed)
+    np.testing.assert_allclose(cells.sum(axis=1), np.eye(8)[lowest], atol=1e-9)
 
 
 def test_pieces_of_shapes_alone_are_unknown():

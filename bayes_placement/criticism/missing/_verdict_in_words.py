@@ -114,6 +114,10 @@ def reach_in_words(reach: Reach | None) -> str:
 
 
 def _near(step: FittedModel, nearest: FittedModel) -> str:
+    """Say what was nearest; nothing of what takes away too little of the misfit to be read."""
+    before, after = step.chi2_when_exact, nearest.chi2_when_exact
+    if np.isfinite(before) and three_digits(before) == three_digits(after):
+        return ""
     words = f"Nearest was {' and '.join(map(nearest.in_words, nearest.kinds))}"
     if step.model_error:
         exact = _fall_with_errors(step, nearest)

@@ -230,7 +230,7 @@ def _nodal(
         interpolation,
         flexibility=matrices.static_flexibility(rows),
         regions=_over_modes(model, matrices.regions),
-        cell_masses=cell_masses(matrices, model) if matrices.regions else None,
+        cell_masses=cell_masses(matrices, model),
         members=_over_modes(model, members),
         centres=_centres(matrices, {**matrices.regions, **members}, soft or {}),
         static_shapes=shapes,

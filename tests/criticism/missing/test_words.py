@@ -17,6 +17,7 @@ from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.criticism.missing._narrow_text import narrow
 from bayes_placement.criticism.missing._posterior_odds import Comparison
 from bayes_placement.criticism.missing._standing import Standing
+from bayes_placement.criticism.missing._verdict_in_words import _near
 from bayes_placement.criticism.missing._weighed import NONE
 from bayes_placement.criticism.missing._where_it_fails import where_it_fails
 from bayes_placement.criticism.missing.decide import Doubt
@@ -210,3 +211,10 @@ def test_a_table_that_is_too_wide_stands_in_blocks_of_whole_columns():
     assert max(map(len, text.splitlines())) <= 80 and "\\" not in text
     assert all(text.count(f" {heading}") == 1 for heading in headings)
     assert text.count("point_mass") == 3  # a row in each block, and its parameters
+
+
+def test_what_takes_away_nothing_that_can_be_read_is_not_near(delays):
+    ledger = searched(delays)
+    step = ledger.steps[0]
+    barely = dataclasses.replace(step, chi2_when_exact=step.chi2_when_exact * 0.9999)
+    assert not _near(step, barely) and "Nearest was" in ledger.sentence()
