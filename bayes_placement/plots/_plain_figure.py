@@ -8,6 +8,7 @@ from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import PlaceHolderLayoutEngine
 from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
 
@@ -53,16 +54,27 @@ class PlainFigure(Figure):
 
     def _keep_apart(self, renderer: object) -> None:
         """Break names longer than their panels, once, and thin out numbers that collide."""
-        engine = self.get_layout_engine()
-        if engine is not None:
-            engine.execute(self)
+        self._lay_out()
+        has_changed = False
         for axes in self.axes:
             axes.apply_aspect()
             if not self.has_broken_names:
-                _break_names(axes, renderer)
+                has_changed |= _break_names(axes, renderer)
             if axes.name != "3d":
-                _thin_out(axes, renderer)
+                has_changed |= _thin_out(axes, renderer)
         self.has_broken_names = True
+        if has_changed:
+            self._lay_out()
+
+    @property
+    def _is_laid_out(self) -> bool:
+        """Whether there is a layout, for which another one stands while a figure is written."""
+        return not isinstance(self.get_layout_engine(), PlaceHolderLayoutEngine | None)
+
+    def _lay_out(self) -> None:
+        engine = self.get_layout_engine()
+        if engine is not None:
+            engine.execute(self)
 
     def draw(self, renderer: Any) -> None:
         """Draw it; what stands between two dollars is no formula."""
@@ -74,23 +86,28 @@ class PlainFigure(Figure):
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Glyph .* missing")  # a box stands in its place
             self._keep_apart(renderer)
-            Figure.draw(self, renderer)
+            # A figure that is saved is drawn twice, at first for its layout alone.
+            if not (self._is_laid_out and self.canvas.is_saving()):
+                Figure.draw(self, renderer)
 
 
-def _break_names(panel: Axes, renderer: Any) -> None:
-    """Break the names of a panel that are longer than it."""
-    upright = panel.yaxis.label
-    _break(upright, upright.get_window_extent(renderer).height, panel.bbox.height)
+def _break_names(panel: Axes, renderer: Any) -> bool:
+    """Break the names of a panel that are longer than it; whether there were any."""
+    upright, box = panel.yaxis.label, panel.bbox
+    lengths = [(upright, upright.get_window_extent(renderer).height, box.height)]
     for name in (panel.xaxis.label, panel.title):
-        _break(name, name.get_window_extent(renderer).width, panel.bbox.width)
+        lengths.append((name, name.get_window_extent(renderer).width, box.width))
+    longer = [each for each in lengths if each[1] > each[2]]
+    for each in longer:
+        _break(*each)
+    return bool(longer)
 
 
 def _break(name: Text, length: float, room: float) -> None:
     """Break the lines of a name, which has a length, so that they fit the room."""
-    if length > room:
-        lines = name.get_text().split("\n")
-        most = max(1, int(max(map(len, lines)) * room / length))
-        name.set_text("\n".join(_wrapped(line, most) for line in lines))
+    lines = name.get_text().split("\n")
+    most = max(1, int(max(map(len, lines)) * room / length))
+    name.set_text("\n".join(_wrapped(line, most) for line in lines))
 
 
 def _wrapped(line: str, most: int) -> str:
@@ -100,13 +117,15 @@ def _wrapped(line: str, most: int) -> str:
     return broken.replace(f"{_NOTHING} ", "").replace(_NOTHING, "")
 
 
-def _thin_out(panel: Axes, renderer: object) -> None:
-    """Take fewer numbers along the horizontal axis until they are apart."""
-    locator = panel.xaxis.get_major_locator()
-    for parts in (4, 3, 2, 1):
-        if not isinstance(locator, MaxNLocator) or _are_apart(panel, renderer):
-            return
+def _thin_out(panel: Axes, renderer: object) -> bool:
+    """Take fewer numbers along the horizontal axis until they are apart; whether that was needed."""
+    locator, parts = panel.xaxis.get_major_locator(), 5
+    if not isinstance(locator, MaxNLocator):
+        return False
+    while parts > 1 and not _are_apart(panel, renderer):
+        parts -= 1
         locator.set_params(nbins=parts, min_n_ticks=1)
+    return parts < 5
 
 
 def _are_apart(panel: Axes, renderer: Any) -> bool:
