@@ -118,7 +118,7 @@ def _wrapped(line: str, most: int) -> str:
 
 
 def _thin_out(panel: Axes, renderer: object) -> bool:
-    """Take fewer numbers along the horizontal axis until they are apart; whether that was needed."""
+    """Take fewer numbers along the horizontal axis until they are apart; whether that was so."""
     locator, parts = panel.xaxis.get_major_locator(), 5
     if not isinstance(locator, MaxNLocator):
         return False

@@ -12,8 +12,7 @@ from ...effects.library import EFFECTS, kind_of
 from ...effects.registry import inserted, modulus
 from ...laws.canonical import canonical
 from ...laws.law import Law, Scaled
-from ..locations import ends
-from ._estimates import estimates, laplace
+from ._estimates import drawn_places, estimates, laplace
 from ._hypotheses import Hypothesis
 from ._parameter_estimate import ParameterEstimate, number_or_none
 from ._posterior_odds import Comparison
@@ -89,7 +88,7 @@ def _entry(
     experiment = hypothesis.problem.experiment
     placed = next(each for each in experiment.effects if each.name == effect.name)
     numbers = {item.word: item for item in parameters.values() if item.effect == effect.name}
-    places = _places(placed, hypothesis)
+    places = drawn_places(placed, hypothesis)
     law = _law(effect.name, hypothesis)
     return {
         "name": kind_of(effect) if kind_of(effect) in EFFECTS else "network",
@@ -105,17 +104,6 @@ def _entry(
         "probability": number_or_none(share * right),
         "probability_among_candidates": number_or_none(share),
     }
-
-
-def _places(effect: Effect, hypothesis: Hypothesis) -> list[np.ndarray]:
-    """Draws of each place of an effect [draw, coordinate]; of a part its two ends or corners."""
-    if not isinstance(effect, AtPlace):
-        return []
-    problem = hypothesis.problem
-    values = problem.coordinates.named(laplace(hypothesis))
-    count = len(next(iter(values.values())))
-    places = ends(effect, problem.experiment, values, count)
-    return [place[:, np.isfinite(place).all(axis=0)] for place in places]
 
 
 def _direction(effect: Effect) -> list[float] | None:

@@ -5,7 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..._shared.sites import Role, Unknown
+from ...effects.effect import AtPlace, Effect
 from ...inference.estimates import scalars
+from ..locations import ends
 from ._hypotheses import Hypothesis
 from ._parameter_estimate import ParameterEstimate
 
@@ -33,8 +35,8 @@ def estimates(
     """
     problem = hypothesis.problem
     drawn = laplace(hypothesis) if points is None else points
-    ends = drawn.mean(axis=0) + SIDES[:, None] * drawn.std(axis=0)
-    values, sides = problem.coordinates.named(drawn), problem.coordinates.named(ends)
+    outer = drawn.mean(axis=0) + SIDES[:, None] * drawn.std(axis=0)
+    values, sides = problem.coordinates.named(drawn), problem.coordinates.named(outer)
     return {
         name: estimate
         for unknown in problem.experiment.unknowns
@@ -92,3 +94,14 @@ def _of_unknown(
                 *moments, low, high, unknown.unit, effect, element, unknown.field, *inner
             ),
         )
+
+
+def drawn_places(effect: Effect, hypothesis: Hypothesis) -> list[np.ndarray]:
+    """Draws of each place of an effect [draw, coordinate]; of a part its two ends or corners."""
+    if not isinstance(effect, AtPlace):
+        return []
+    problem = hypothesis.problem
+    values = problem.coordinates.named(laplace(hypothesis))
+    count = len(next(iter(values.values())))
+    places = ends(effect, problem.experiment, values, count)
+    return [place[:, np.isfinite(place).all(axis=0)] for place in places]

@@ -9,7 +9,7 @@ import numpy as np
 from ...effects.effect import Effect
 from ..reach.reach import Reach
 from ._hypotheses import Hypothesis
-from ._rows import row_in_full, row_of
+from ._rows import places_of, row_in_full, row_of
 from ._scanned_candidates import ScannedCandidate
 from ._weighed import Weighed, log_odds, log_prior_of_count
 from .table import AS_STATED, Policy, Row, TableOfFits
@@ -93,9 +93,15 @@ class Comparison(NamedTuple):
         return TableOfFits([*map(self._row, self.hypotheses)], (*self.variants, *self.networks))
 
     def table_in_full(self, policy: Policy, sampled: Mapping[int, Any]) -> TableOfFits:
-        """Rows of all hypotheses, in full on the way to the best one: what may be claimed."""
+        """Rows of all hypotheses, in full on the way to the best one: what may be claimed.
+
+        Of the best one and of those close to it with places.
+        """
         table = self.table
         weighed, rows = Weighed(table, policy), list(table.rows)
+        for number, hypothesis in enumerate(self.hypotheses):
+            if weighed.is_close(number):
+                rows[number] = rows[number]._replace(places=tuple(places_of(hypothesis)))
         for number in weighed.steps_to(weighed.best):
             hypothesis = self.hypotheses[number]
             rows[number] = row_in_full(rows[number], hypothesis, sampled.get(id(hypothesis)))

@@ -6,13 +6,18 @@ from typing import Any
 import numpy as np
 
 from ...effects.effect import Effect
+from ...effects.library import kind_of
 from ...inference.engines.about_mode import SampledPosterior
 from ..check._edges import EDGE
 from ._cautions import shares_at_edges
+from ._estimates import drawn_places
 from ._held_out import scores
 from ._hypotheses import Hypothesis
 from ._unknown_noise import gain_with_outliers, neumann_of, noise_needed
-from .table import Row
+from .table import Box, Row
+
+SIDES = 2.5, 97.5
+"""Ends of a 95 % interval [%]."""
 
 
 def row_of(hypothesis: Hypothesis, log_prior: float = 0.0) -> Row:
@@ -42,6 +47,20 @@ def _of_unknown_noise(hypothesis: Hypothesis) -> dict[str, Any]:
         "outliers": hypothesis.with_outliers.outliers,
         "gain_with_outliers": gain_with_outliers(hypothesis),
     }
+
+
+def places_of(hypothesis: Hypothesis) -> Iterator[tuple[str, Box]]:
+    """Where each effect that has a place acts: 95 % intervals over the size of the structure."""
+    experiment = hypothesis.problem.experiment
+    placed = {effect.name: effect for effect in experiment.effects}
+    size = np.max(np.subtract(*experiment.structure.modes.bounds()[::-1]))
+    for effect in hypothesis.effects:
+        places = drawn_places(placed[effect.name], hypothesis)
+        if places:
+            first, last = (np.percentile(places, side, axis=1) / size for side in SIDES)
+            corners = first.min(axis=0), last.max(axis=0)
+            low, high = (tuple(map(float, corner)) for corner in corners)
+            yield kind_of(effect), (low, high)
 
 
 def row_with_sizes(hypothesis: Hypothesis) -> Row:

@@ -1,13 +1,13 @@
 """Posterior odds of the rows of a table, and probabilities of each kind of effect."""
 
 from collections import Counter
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from functools import cached_property
 
 import numpy as np
 from scipy.special import logsumexp
 
-from .table import AS_STATED, Policy, Row, TableOfFits
+from .table import AS_STATED, Box, Policy, Row, TableOfFits
 
 NOTHING, NONE = "nothing_missing", "none_of_these"
 
@@ -131,7 +131,21 @@ class Weighed:
         Their odds differ by less than strong evidence; or, where both pass the test of chi2, so
         that the misfit excludes neither, by less than twice that.
         """
-        best, policy, pairs = self.rows[self.best], self.policy, []
+        return [*dict.fromkeys(pair for pair, _ in self._replacing())]
+
+    def confounded_elsewhere(self) -> list[tuple[str, str]]:
+        """Those of them that do not act at one place: a spring and a short bed under it do."""
+        best = self.rows[self.best]
+        pairs = (
+            pair
+            for pair, row in self._replacing()
+            if not _at_one_place(best.place_of(pair[0]), row.place_of(pair[1]), self.policy)
+        )
+        return [*dict.fromkeys(pairs)]
+
+    def _replacing(self) -> Iterator[tuple[tuple[str, str], Row]]:
+        """Pairs of what replaces one another, and the row with the second."""
+        best = self.rows[self.best]
         for number in self._best_by(lambda row: (row.kinds, row.variants)):
             other = self.rows[number]
             by_variant = other.kinds == best.kinds
@@ -140,12 +154,24 @@ class Weighed:
                 if by_variant
                 else swapped(best.kinds, other.kinds)
             )
-            both_pass = best.passes(policy) and other.passes(policy)
-            close = np.log(policy.strong_where_passing if both_pass else policy.strong)
-            similar_odds = self.odds[self.best] - self.odds[number] < close
-            if len(replaced) == len(replacing) == 1 and similar_odds:
-                pairs.append((replaced[0], replacing[0]))
-        return [*dict.fromkeys(pairs)]
+            if len(replaced) == len(replacing) == 1 and self.is_close(number):
+                yield (replaced[0], replacing[0]), other
+
+    def is_close(self, number: int) -> bool:
+        """Whether the odds of a row are not far below those of the best."""
+        policy, best, other = self.policy, self.rows[self.best], self.rows[number]
+        both_pass = best.passes(policy) and other.passes(policy)
+        close = np.log(policy.strong_where_passing if both_pass else policy.strong)
+        return bool(self.odds[self.best] - self.odds[number] < close)
+
+
+def _at_one_place(one: Box | None, other: Box | None, policy: Policy) -> bool:
+    """Whether two places overlap, and neither is long."""
+    if one is None or other is None:
+        return False
+    low, high = np.array([one, other]).swapaxes(0, 1)
+    overlap = np.all(low.max(axis=0) <= high.min(axis=0))
+    return bool(overlap and np.all(high - low <= policy.one_place))
 
 
 def swapped(kinds: Sequence[str], others: Sequence[str]) -> tuple[list[str], list[str]]:

@@ -196,8 +196,9 @@ def objections(weighed: Weighed, number: int, fewer: int) -> Iterator[str]:
 
 
 def stands_out(weighed: Weighed, number: int) -> bool:
-    """Whether no other effect explains the data as well."""
-    return not any(kind in weighed.rows[number].kinds for kind, _ in weighed.confounded())
+    """Whether no effect elsewhere explains the data as well; another law there is told beside."""
+    elsewhere = weighed.confounded_elsewhere()
+    return not any(kind in weighed.rows[number].kinds for kind, _ in elsewhere)
 
 
 def predicts_better(row: Row, before: Row, policy: Policy) -> bool:

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from scipy.special import bdtrc, chdtrc, ndtr
@@ -48,6 +48,8 @@ class Policy:
     doubted
         Probability of `none_of_these` from which on the stated noise is in doubt, and of an effect
         below which it only reduces the misfit [1].
+    one_place
+        Share of the size of a structure within which effects act at one place [1].
     outlier
         Probability from which on a datum is told to be an outlier [1].
 
@@ -67,6 +69,7 @@ class Policy:
     explained: float = 0.5
     piled_up: float = PILED
     doubted: float = 0.5
+    one_place: float = 0.1
     outlier: float = 0.99
 
     def __post_init__(self) -> None:
@@ -83,6 +86,10 @@ class Policy:
 
 
 AS_STATED = Policy()
+
+
+Box: TypeAlias = tuple[tuple[float, ...], tuple[float, ...]]
+"""Least and greatest coordinates over the size of the structure [1]."""
 
 
 class Row(NamedTuple):
@@ -102,7 +109,8 @@ class Row(NamedTuple):
     without model error: chi2 per datum, and of the model as given the p-value of its check.
     `states` share all other unknowns: 2 with a baseline. `held_out` is the mean log density of a
     datum of each block that was held out; `edges` are of sizes of effects: the effect, side, and
-    posterior over prior probability at that edge.
+    posterior over prior probability at that edge. `places` are of effects, by their kinds: 95 %
+    intervals, of a part about both its ends.
     """
 
     kinds: tuple[str, ...]
@@ -125,6 +133,11 @@ class Row(NamedTuple):
     held_out: tuple[float, ...] = ()
     edges: tuple[tuple[str, str, float], ...] = ()
     variants: tuple[str, ...] = ()
+    places: tuple[tuple[str, Box], ...] = ()
+
+    def place_of(self, kind: str) -> Box | None:
+        """Where the effect of a kind acts; None where that is not known, or of variants."""
+        return dict(self.places).get(kind)
 
     @property
     def p_value(self) -> float:

@@ -153,6 +153,27 @@ def test_beside_a_model_error_what_something_else_explains_as_well_is_not_claime
     assert decision.reasons == ("mass is not the only one that explains the data",)
 
 
+HERE, BESIDE, LONG = (
+    ((0.3, 0.5), (0.34, 0.52)),
+    ((0.27, 0.5), (0.32, 0.51)),
+    ((0.1,) * 2, (0.9,) * 2),
+)
+
+
+@pytest.mark.parametrize(
+    ("place", "kinds"),
+    [(BESIDE, ("mass",)), (LONG, ()), (((0.5, 0.5), (0.54, 0.52)), ()), (None, ())],
+)
+def test_what_else_explains_the_data_at_the_same_place_is_told_beside(place, kinds):
+    """A spring and a short bed under it are one claim; a long bed, or one elsewhere, is another."""
+    rows = erroneous("", 0.0, 100.0), erroneous("mass", 30.0, 9.0, gain=1.0)
+    other = erroneous("spring", 29.0, 9.0, gain=1.0)
+    mass = rows[1]._replace(places=(("mass", HERE),))
+    other = other if place is None else other._replace(places=(("spring", place),))
+    decision = decided(rows[0], mass, other)
+    assert decision.kinds == kinds and decision.confounded == (("mass", "spring"),)
+
+
 @pytest.mark.parametrize(("held_out", "kinds"), [(-1.0, ()), (0.25, ()), (0.27, ("mass",))])
 def test_an_effect_predicts_held_out_data_better_by_two_standard_errors(held_out, kinds):
     none = erroneous("", 0.0, 100.0, held_out=(0.0, 0.1, -0.1, 0.2))
@@ -301,7 +322,12 @@ def test_no_threshold_is_without_consequence():
         row("mass", 99.0, held_out=worse, edges=(("mass", "upper", 12.0),)),
     ]
     alike = [NONE, row("mass", 0.0), row("spring", -1.0)]
-    tables = [mixed, doubted, alike, POOL[:3]]
+    beside = [
+        erroneous("", 0.0, 100.0),
+        erroneous("mass", 30.0, 9.0, gain=1.0)._replace(places=(("mass", HERE),)),
+        erroneous("spring", 29.0, 9.0, gain=1.0)._replace(places=(("spring", BESIDE),)),
+    ]
+    tables = [mixed, doubted, alike, beside, POOL[:3]]
     extremes = {
         "level": 0.5,
         "strong": 1e30,
@@ -313,6 +339,7 @@ def test_no_threshold_is_without_consequence():
         "explained": 0.99,
         "piled_up": 20.0,
         "doubted": 0.999,
+        "one_place": 0.01,
     }
     names = {field.name for field in dataclasses.fields(bp.Policy)}
     assert names == {*extremes, "outlier"}
