@@ -50,12 +50,17 @@ def _of_unknown_noise(hypothesis: Hypothesis) -> dict[str, Any]:
 
 
 def places_of(hypothesis: Hypothesis) -> Iterator[tuple[str, Box]]:
-    """Where each effect that has a place acts: 95 % intervals over the size of the structure."""
+    """Where each effect that has a place acts: 95 % intervals over the size of the structure.
+
+    Of a part its middle, of a strut both ends.
+    """
     experiment = hypothesis.problem.experiment
     placed = {effect.name: effect for effect in experiment.effects}
     size = np.max(np.subtract(*experiment.structure.modes.bounds()[::-1]))
     for effect in hypothesis.effects:
         places = drawn_places(placed[effect.name], hypothesis)
+        if len(effect.place_fields) == 1:
+            places = [np.mean(places, axis=0)]
         if places:
             first, last = (np.percentile(places, side, axis=1) / size for side in SIDES)
             corners = first.min(axis=0), last.max(axis=0)

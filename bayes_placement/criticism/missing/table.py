@@ -110,7 +110,7 @@ class Row(NamedTuple):
     `states` share all other unknowns: 2 with a baseline. `held_out` is the mean log density of a
     datum of each block that was held out; `edges` are of sizes of effects: the effect, side, and
     posterior over prior probability at that edge. `places` are of effects, by their kinds: 95 %
-    intervals, of a part about both its ends.
+    intervals, of a part of its middle.
     """
 
     kinds: tuple[str, ...]
