@@ -165,7 +165,7 @@ HERE, BESIDE, LONG = (
     [(BESIDE, ("mass",)), (LONG, ()), (((0.5, 0.5), (0.54, 0.52)), ()), (None, ())],
 )
 def test_what_else_explains_the_data_at_the_same_place_is_told_beside(place, kinds):
-    """A spring and a bed about it are one claim; what acts elsewhere, or who knows where, is not."""
+    """A spring and a bed about it are one claim; not what acts elsewhere, or who knows where."""
     rows = erroneous("", 0.0, 100.0), erroneous("mass", 30.0, 9.0, gain=1.0)
     other = erroneous("spring", 29.0, 9.0, gain=1.0)
     mass = rows[1]._replace(places=(("mass", HERE),))
