@@ -30,6 +30,7 @@ MOST_VALUES = 8000
 Pairs = Bool[np.ndarray, "pair"]
 Rows = Sequence[int]
 Likelihoods = Float[np.ndarray, "draw pair"]
+Responses = Complex[np.ndarray, "draw sensor actuator frequency"]
 
 
 class _Hypothesis(NamedTuple):
@@ -48,7 +49,7 @@ class _Compared(NamedTuple):
     places: Int[np.ndarray, "pair 2"]
     has_phase: bool
     resonant: Pairs
-    responses: dict[float, Complex[np.ndarray, "draw sensor actuator frequency"]]
+    responses: dict[float, Responses]
 
     def log_likelihood(self, mistake: Mistake) -> Likelihoods:
         """Logarithm of the likelihood of each pair, if each has a mistake."""
@@ -103,14 +104,14 @@ def _compared(record: Record) -> _Compared:
     lines = lines[:: 1 + int(present.sum()) * lines.size // MOST_VALUES]
     frequency = record.frequency[lines]
     frf = _without_zeros(record.frf[present][:, lines])
-    axes = {mistake.axis for mistake in mistakes(record.measurement.quantity)}
+    axes = sorted({mistake.axis for mistake in mistakes(record.measurement.quantity)})
     return _Compared(
         frf,
         frequency,
         np.argwhere(present),
         not isinstance(record.experiment.observe, LogAmplitude),
         _resonant(frf, frequency, quantity_of(record.measurement.quantity).derivative),
-        {axis: _responses(record, frequency / axis) for axis in axes},
+        _responses(record, frequency, axes),
     )
 
 
@@ -126,9 +127,13 @@ def _resonant(frf: Records, frequency: Float[np.ndarray, "frequency"], derivativ
     return np.any(in_quadrature & (size > np.median(size, axis=-1, keepdims=True)), axis=-1)
 
 
-def _responses(record: Record, frequency: np.ndarray) -> np.ndarray:
-    nominal, draws = prior_responses(record, frequency)
-    return _without_zeros(np.stack([nominal, *draws]))
+def _responses(
+    record: Record, frequency: Float[np.ndarray, "frequency"], axes: list[float]
+) -> dict[float, Responses]:
+    """Responses of the model at draws, where lines of the record are those of each axis."""
+    nominal, draws = prior_responses(record, np.concatenate([frequency / axis for axis in axes]))
+    by_axis = np.split(np.stack([nominal, *draws]), len(axes), axis=-1)
+    return {axis: _without_zeros(frf) for axis, frf in zip(axes, by_axis, strict=True)}
 
 
 def _without_zeros(frf: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from ...modes.modes import frequencies_of
 from .._noise_level import FEWEST_LINES
 from ..line_choice import resonances
-from .record import Fault, Pair, Record, prior_values
+from .record import Fault, Pair, Record
 
 if TYPE_CHECKING:
     from ..experiment import Experiment
@@ -39,18 +39,12 @@ def check(record: Record) -> Iterator[Fault]:
     measured = record.frequency[resonances((record.measurement,))]
     if measured.size < FEWEST_RESONANCES:
         return
-    draws = natural_frequencies(record.experiment)
+    draws = [frequencies_of(model.structure.modes) for model in record.prior_models]
     low, high = record.frequency[[0, -1]]
     first = next(record.pairs)
     if not any(np.any((modes >= low) & (modes <= high)) for modes in draws):
         greatest = max(float(modes.max()) for modes in draws)
         yield _outside(record, first, draws[0], greatest)
-
-
-def natural_frequencies(experiment: "Experiment") -> list[NaturalFrequencies]:
-    """Natural frequencies [Hz] of the nominal structure, and at draws from the priors."""
-    values = [experiment.nominal_values(), *prior_values(experiment)]
-    return [frequencies_of(experiment.fix(draw).structure.modes) for draw in values]
 
 
 def _outside(record: Record, first: Pair, modes: NaturalFrequencies, greatest: float) -> Fault:

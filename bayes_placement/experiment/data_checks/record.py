@@ -3,11 +3,11 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import Bool, Complex, Float
+from jaxtyping import Array, Bool, Complex, Float
 
 from ..._shared.compiled import compiled
 from ..._shared.dimensions import Receptance
@@ -24,6 +24,12 @@ if TYPE_CHECKING:
 
 PLACE_PRECISION = 1e-3
 """Distance within which two recorded places are one, of the greatest size of the structure."""
+
+
+DRAWS = 20
+"""Draws from the priors: the greatest of a statistic over them is exceeded in 1 of 21 cases."""
+
+Response = Complex[np.ndarray, "sensor actuator frequency"]
 
 
 class Fault(NamedTuple):
@@ -87,6 +93,13 @@ class Record:
         """Variance E|error|^2 of each FRF value [unit of the FRF squared]."""
         return noise_variance(self.measurement)
 
+    @cached_property
+    def prior_models(self) -> "list[Experiment]":
+        """The nominal experiment, and those of draws from the priors."""
+        drawn = draws_from_priors(self.experiment.unknowns, 0, DRAWS)
+        values = [{name: each[draw] for name, each in drawn.items()} for draw in range(DRAWS)]
+        return [self.experiment.fix(one) for one in (self.experiment.nominal_values(), *values)]
+
     def label(self, pair: Pair) -> str:
         """Name of a pair: sensor channel / actuator channel."""
         sensor = self.measurement.sensors[pair.sensor].label
@@ -136,12 +149,6 @@ def _distance(first: Recorded, second: Recorded) -> float:
     return float(np.linalg.norm(np.atleast_1d(first) - np.atleast_1d(second)))
 
 
-DRAWS = 20
-"""Draws from the priors: the greatest of a statistic over them is exceeded in 1 of 21 cases."""
-
-Response = Complex[np.ndarray, "sensor actuator frequency"]
-
-
 def prior_responses(
     record: Record, frequency: Float[np.ndarray, "frequency"]
 ) -> tuple[Response, Sequence[Response]]:
@@ -152,23 +159,14 @@ def prior_responses(
     derivative = quantity_of(record.measurement.quantity).derivative
     power = (2j * np.pi * frequency) ** derivative
 
-    def response(values: dict[str, Any]) -> Response:
-        at_lines = eqx.tree_at(
-            lambda tree: tree.frequency, record.experiment.fix(values), frequency
-        )
-        receptance = np.asarray(compiled(_receptance)(at_lines))
+    def response(model: "Experiment") -> Response:
+        receptance = np.asarray(compiled(_receptance)(model, frequency))
         flat = receptance if receptance.ndim == 3 else receptance[:, :, record.level]
         return np.asarray(flat * power)
 
-    nominal = response(record.experiment.nominal_values())
-    return nominal, [response(values) for values in prior_values(record.experiment)]
+    nominal, *draws = map(response, record.prior_models)
+    return nominal, draws
 
 
-def prior_values(experiment: "Experiment") -> list[dict[str, Any]]:
-    """Values of all unknowns by name, at draws from their priors."""
-    draws = draws_from_priors(experiment.unknowns, 0, DRAWS)
-    return [{name: values[draw] for name, values in draws.items()} for draw in range(DRAWS)]
-
-
-def _receptance(experiment: "Experiment") -> Receptance:
-    return experiment.receptance()
+def _receptance(experiment: "Experiment", frequency: Float[Array, "frequency"]) -> Receptance:
+    return eqx.tree_at(lambda tree: tree.frequency, experiment, frequency).receptance()
