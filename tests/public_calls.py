@@ -2134,5 +2134,6 @@ def answers(calls):
 if __name__ == "__main__":
     warnings.simplefilter("ignore")
     mpl.use("agg")
-    calls = {label: call for group in sys.argv[1:] for label, call in GROUPS[group]().items()}
-    json.dump(answers(calls), sys.stdout)
+    calls = [item for group in sys.argv[1:] for item in GROUPS[group]().items()]
+    assert len(dict(calls)) == len(calls), "two calls share a name"
+    json.dump(answers(dict(calls)), sys.stdout)
