@@ -9,7 +9,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement._shared import compiled as _compiled
-from bayes_placement._shared.compiled import compiled
+from bayes_placement._shared.compiled import compiled, programs_kept
 from tests.criticism import small
 
 TRACED = []
@@ -42,6 +42,15 @@ def test_another_structure_or_integer_is_compiled_anew():
     assert compiled(scaled)(tree(power=3), 1.0) == 0.5 + 6.0
     assert compiled(scaled)({**tree(), "further": 1.0}, 1.0) == 0.5 + 4.0
     assert len(TRACED) == 2
+
+
+def test_a_store_of_few_programs_lets_those_go_that_were_not_run_for_longest():
+    few = programs_kept(2)
+    for power in (31, 32, 31, 33, 31):
+        assert compiled(scaled).bound(tree(power=power), programs=few)(1.0) == 0.5 + 2.0 * power
+    assert len(TRACED) == 3
+    compiled(scaled).bound(tree(power=32), programs=few)(1.0)
+    assert len(TRACED) == 4
 
 
 def half_of_numbers(number, flag):

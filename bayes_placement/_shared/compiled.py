@@ -61,33 +61,39 @@ class Compiled(Generic[Result]):
         return self.bound(*arguments)()
 
     def bound(
-        self, *trees: object, effort: int | None = None, is_long: bool = False
+        self,
+        *trees: object,
+        effort: int | None = None,
+        is_long: bool = False,
+        programs: "Programs | None" = None,
     ) -> "Bound[Result]":
         """Return it with its first arguments given, which are then taken apart only once.
 
         By its effort, from 0 to 3, the compiler takes at 1 three quarters of the time of 3, the
         default, for functions that run as fast, at 0 less than half for functions that take twice
         as long. Where it computes with long arrays, wider vectors of the processor, where it has
-        them, save a quarter of the time and are worth a longer compilation.
+        them, save a quarter of the time and are worth a longer compilation. It stays among
+        `programs`, see `programs_kept`.
         """
-        return Bound(self.function, trees, effort, is_long)
+        return Bound(self.function, trees, effort, is_long, programs or _jitted)
 
 
 class Bound(Generic[Result]):
     """Compiled form of a function whose first arguments are given.
 
     `effort` is how much the compiler tries, None for its default; `is_long` whether it computes
-    with long arrays.
+    with long arrays; `programs` where it stays.
     """
 
     def __init__(
         self,
         function: Callable[..., Result],
         trees: tuple[object, ...],
-        effort: int | None = None,
-        is_long: bool = False,
+        effort: int | None,
+        is_long: bool,
+        programs: "Programs",
     ):
-        self._effort, self._is_long = effort, is_long
+        self._effort, self._is_long, self._programs = effort, is_long, programs
         leaves, structure = jax.tree.flatten(with_sorted_fields(trees))
         self._parts = _parts(_Form(function, structure), leaves, _is_number)
         if self._parts.key in _STEERED:
@@ -116,7 +122,7 @@ class Bound(Generic[Result]):
         return self._tried(lambda parts: self._jitted(parts, alone)(parts.numbers, arguments))
 
     def _jitted(self, parts: "_Parts", alone: bool = True) -> Any:
-        return _jitted(parts.key, self._options if alone else None)
+        return self._programs(parts.key, self._options if alone else None)
 
     @functools.cached_property
     def _options(self) -> "_Options":
@@ -215,8 +221,16 @@ def _is_of_python(leaf: object) -> bool:
     return type(leaf) in (float, complex)
 
 
-@functools.lru_cache(maxsize=MOST_PROGRAMS)
-def _jitted(key: _Key, options: _Options) -> Any:
+Programs: TypeAlias = Callable[[_Key, _Options], Any]
+"""Functions of JAX that are compiled, each once."""
+
+
+def programs_kept(most: int) -> Programs:
+    """Return an empty store of programs, of which those that were not run for longest go."""
+    return functools.lru_cache(maxsize=most)(_program)
+
+
+def _program(key: _Key, options: _Options) -> Any:
     def function(numbers: list[Any], arguments: tuple[object, ...]) -> Any:
         inputs = iter(numbers)
         leaves = [next(inputs) if leaf is _INPUT else leaf for leaf in key.fixed]
@@ -224,6 +238,10 @@ def _jitted(key: _Key, options: _Options) -> Any:
 
     function.__name__ = getattr(key.form.function, "__name__", "function")  # for profiles
     return jax.jit(function, compiler_options=None if options is None else dict(options))
+
+
+_jitted = functools.lru_cache(maxsize=MOST_PROGRAMS)(_program)
+"""Where programs stay unless they have a store of their own."""
 
 
 def _is_inside_another() -> bool:

@@ -159,7 +159,9 @@ class Background:
         task, state = self._running[told.number]
         if told.word == "progress":
             self._page.tell("background", task=task, share=told.content)
-        elif task == "beside":
+            return
+        del self._running[told.number]
+        if task == "beside":
             self._end_beside(told)
         elif task == "band":
             self._end_band(told)

@@ -5,6 +5,7 @@ import traceback
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from .._shared.compiled import of_jax
 from .._shared.errors import PackageError
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
@@ -12,6 +13,7 @@ from ..page.frames import packed
 from .actions import Action, Drawn, Moved, Refitted, Removed, ValuedModel
 from .background import NOTHING, Background
 from .candidates import Position, added, placed_at
+from .last_used import LastUsed
 from .messages import Message
 from .page_frames import (
     Surroundings,
@@ -47,13 +49,12 @@ class LivePage:
         self.session, self.around = session, around
         self.ledger: Any = None
         self.send = send
-        self.data: Data = session.model.experiment.data(session.measurement)
-        self._responses: dict[int, ResponseOf] = {}
-        self._sliders: dict[int, list[Slider]] = {}
+        self.data: Data = of_jax(session.model.experiment.data(session.measurement))
+        self._response_of = LastUsed(self._compiled)
+        self._sliders_of = LastUsed(sliders)
         self._curves: dict[str, bytes] = {}
         self._found: dict[str, bytes] = {}
-        self._searched: Experiment | None = None
-        self._found_so_far: list[ValuedModel] = []
+        self._begun_at = 0
         self._background = Background(self, post)
         self._at_hand = Worker(lambda told: post(lambda: self._hear_at_hand(told)))
         self._task: tuple[int, str] | None = None
@@ -107,12 +108,12 @@ class LivePage:
             self.tell("error", words=words)
 
     def response(self, model: ValuedModel) -> Response:
-        """Response of a model, compiled once for each experiment of the session."""
-        key = id(model.experiment)  # those of states and of searches are never freed
-        if key not in self._responses:
-            self.tell("busy", words="A model of another structure is compiled.")
-            self._responses[key] = ResponseOf(model.experiment, self.data)
-        return self._responses[key](model.values)
+        """Response of a model, compiled once for each of the structures that were last used."""
+        return self._response_of(model.experiment)(model.values)
+
+    def _compiled(self, experiment: Experiment) -> ResponseOf:
+        self.tell("busy", words="A model of another structure is compiled.")
+        return ResponseOf(experiment, self.data)
 
     # ------------------------------------------------------------ what a page asks for
 
@@ -188,6 +189,7 @@ class LivePage:
         if save is None:
             self.tell("error", words=NOT_SAVED.format(what=what))
         else:
+            self.tell("busy", words=f"The {what} is written.")
             self.tell("saved", words=f"{what.capitalize()} written: {save(self)}")
 
     # ------------------------------------------------------------ workers
@@ -201,8 +203,8 @@ class LivePage:
     def _begin_at_hand(self, task: str, **further: Any) -> None:
         if self._task is not None:
             return
-        self._searched = self.session.model.experiment
-        number = self._at_hand.begin(task, asked=self.asked(self._searched), **further)
+        self._begun_at = self.session.current
+        number = self._at_hand.begin(task, asked=self.asked(self._asked_for()), **further)
         self._tell_task((number, task))
 
     def _hear_at_hand(self, told: Told) -> None:
@@ -225,6 +227,7 @@ class LivePage:
             self.tell("error", words=told.content)
             self._tell_all()
         elif task == "fit":
+            self.session.go(self._begun_at)  # what was done meanwhile is another branch
             self._do(Refitted(told.content))
         else:
             self._take_over(told.content)
@@ -234,7 +237,6 @@ class LivePage:
         from . import found
 
         model = found.model_of(step)
-        self._found_so_far.append(model)
         title = " ".join(f"+ {name}" for name in step.effects) or "as given"
         self.tell_curves(NOW, model, task="search", title=f"search: {title}")
 
@@ -243,22 +245,20 @@ class LivePage:
         from . import found  # it takes long to import, and the page stands before
 
         self.ledger = ledger
-        begun = self.session.current
         for action in found.actions_of(ledger, self._asked_for()):
-            self.session.go(begun)
+            self.session.go(self._begun_at)
             self.session.do(action)
             response = self.response(self.session.model)
             self.session.chi2[self.session.current] = response.chi2
         self.tell_found("ledger", found.ledger_for_page(ledger))
-        self._background.look_at_next(begun, ledger.alternatives)
+        self._background.look_at_next(self._begun_at, ledger.alternatives)
         if ledger.steps[-1].effects:
             self.tell_curves(COMPLETED, self.session.model)
         self.keep()
         self._tell_all()
 
     def _asked_for(self) -> Experiment:
-        assert self._searched is not None
-        return self._searched
+        return self.session.states[self._begun_at].model.experiment
 
     # ------------------------------------------------------------ frames
 
@@ -278,7 +278,7 @@ class LivePage:
 
     def _known(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """Values within their ranges, of what the model has; whole where only these are meant."""
-        shown = {slider.name: slider for slider in self._sliders_of_model()}
+        shown = {slider.name: slider for slider in self._sliders()}
         return {
             name: _within(shown[name], value) for name, value in values.items() if name in shown
         }
@@ -288,11 +288,8 @@ class LivePage:
         is_there = effect in (present.name for present in experiment.effects)
         return placed_at(experiment, effect, at) if is_there else {}
 
-    def _sliders_of_model(self) -> list[Slider]:
-        experiment = self.session.model.experiment
-        if id(experiment) not in self._sliders:
-            self._sliders[id(experiment)] = sliders(experiment)
-        return self._sliders[id(experiment)]
+    def _sliders(self) -> list[Slider]:
+        return self._sliders_of(self.session.model.experiment)
 
     def tell_curves(
         self, name: str, model: ValuedModel, serial: int = 0, task: str = "", title: str = ""
@@ -320,7 +317,7 @@ class LivePage:
         self.send(frame)
 
     def _tell_state(self) -> None:
-        self.tell("state", **state_for_page(self.session, self._sliders_of_model()))
+        self.tell("state", **state_for_page(self.session, self._sliders()))
 
     def tell_found(self, word: str, content: Mapping[str, Any], arrays: Any = NOTHING) -> None:
         """Send what was found, now and to every page that comes."""

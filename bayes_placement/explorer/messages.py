@@ -24,11 +24,6 @@ class Message(NamedTuple):
     content: Mapping[str, Any]
     """Its fields."""
 
-    @property
-    def is_preview(self) -> bool:
-        """Whether a newer one of its kind takes its place."""
-        return self.do in PREVIEWS
-
 
 def _is_name(value: Any) -> bool:
     return isinstance(value, str) and 0 < len(value) <= LONGEST_NAME
@@ -83,9 +78,6 @@ ALLOWED: Mapping[str, Mapping[str, Callable[[Any], bool]]] = {
     "save": {"what": _one_of("model", "case", "report")},
 }
 """Words and fields of messages, each with what is allowed in it; all are needed."""
-
-PREVIEWS = ("move", "drag", "bound")
-"""Words of messages of which only the newest counts."""
 
 
 def parsed(text: str) -> Message:

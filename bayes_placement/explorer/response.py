@@ -7,16 +7,20 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._shared.compiled import Bound, compiled, of_jax
+from .._shared.compiled import Bound, compiled, of_jax, programs_kept
 from ..criticism.values import prediction, with_arrays
 from ..experiment._experiment_checks import at_levels
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
 from ..inference.standardised_residual import standardised_residual
 from ..positions.places import coordinates
+from .last_used import MOST
 
 BANDS = 32
 """Most frequency bands of the map of the error."""
+
+PROGRAMS = programs_kept(MOST)
+"""Compiled responses; each structure of effects that is tried has one of some MB."""
 
 Values = Mapping[str, float]
 """Value of each unknown by name, elements of arrays one by one."""
@@ -60,7 +64,8 @@ class ResponseOf:
 
     def __init__(self, experiment: Experiment, data: Data):
         self._experiment, self._data = experiment, data
-        self._compiled: Bound[Any] = compiled(_response).bound(of_jax(experiment), of_jax(data))
+        known = of_jax(experiment), of_jax(data)
+        self._compiled: Bound[Any] = compiled(_response).bound(*known, programs=PROGRAMS)
         self._present = _rows(np.asarray(data.measured), experiment)
 
     def __call__(self, values: Values) -> Response:

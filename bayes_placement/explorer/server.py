@@ -5,12 +5,11 @@ import hmac
 import socket
 import sys
 import traceback
-from collections import deque
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import partial
-from threading import Event, Lock, Thread
+from threading import Event, Thread
 
 import uvicorn
 from starlette.requests import Request
@@ -50,6 +49,15 @@ REFUSED = 1008
 
 MOST_PAGES = 8
 """Most pages that show the session at once."""
+
+MOST_WAITING = 256
+"""Most frames that wait for a page, of about a megabyte where channels and lines are many."""
+
+TOO_LATE = 1013
+"""Code by which the socket of a page is closed that did not read for long."""
+
+END = b""
+"""The frame after which a socket is closed."""
 
 Post = Callable[[Callable[[], None]], None]
 """Runs a function in the thread of the page."""
@@ -106,8 +114,6 @@ class PageServer:
         self.port: int = self._socket.getsockname()[1]
         self._sockets: dict[WebSocket, asyncio.Queue[bytes]] = {}
         self._cells: list[Callable[[bytes], None]] = []
-        self._waiting: deque[Message] = deque()
-        self._lock = Lock()
         self._turns = ThreadPoolExecutor(1, thread_name_prefix="explorer")
         self._started = Event()
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -190,8 +196,18 @@ class PageServer:
             self._loop.call_soon_threadsafe(self._put, frame)
 
     def _put(self, frame: bytes) -> None:
-        for queue in self._sockets.values():
-            queue.put_nowait(frame)
+        for web, queue in [*self._sockets.items()]:
+            if queue.qsize() < MOST_WAITING:
+                queue.put_nowait(frame)
+            else:
+                self._leave(web)
+
+    def _leave(self, web: WebSocket) -> None:
+        """Send no more to a page that reads nothing; once it reads, it comes back for all anew."""
+        queue = self._sockets.pop(web)
+        while not queue.empty():
+            queue.get_nowait()
+        queue.put_nowait(END)
 
     async def _serve_socket(self, web: WebSocket) -> None:
         if len(self._sockets) >= MOST_PAGES:
@@ -209,27 +225,18 @@ class PageServer:
         except WebSocketDisconnect:
             pass
         finally:
-            del self._sockets[web]
+            self._sockets.pop(web, None)
             sending.cancel()
 
     def _take(self, message: Message) -> None:
-        """Put a message in line; a newer move takes the place of one that still waits."""
-        with self._lock:
-            if message.is_preview and self._waiting and self._waiting[-1].is_preview:
-                self._waiting[-1] = message
-                return
-            self._waiting.append(message)
-        self._post(self._handle_next)
-
-    def _handle_next(self) -> None:
-        with self._lock:
-            message = self._waiting.popleft()
-        self.page.handle(message)
+        """Put a message in line; a page sends a move once that before is answered."""
+        self._post(lambda: self.page.handle(message))
 
 
 async def _send_all(web: WebSocket, queue: "asyncio.Queue[bytes]") -> None:
-    while True:
-        await web.send_bytes(await queue.get())
+    while (frame := await queue.get()) != END:
+        await web.send_bytes(frame)
+    await web.close(TOO_LATE)
 
 
 def _told(function: Callable[[], None]) -> None:

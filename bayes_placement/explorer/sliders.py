@@ -68,7 +68,8 @@ def _sliders(unknown: Unknown) -> Iterator[Slider]:
     for number in range(int(np.prod(prior.shape(), initial=1))):
         least, most = float(low[number]), float(high[number])
         is_wide = bool(least > 0 and most / least > WIDE)
-        unit = readable(unknown.unit, unknown.field, np.sqrt(least * most) if is_wide else most)
+        size = np.sqrt(least * most) if is_wide else max(abs(least), abs(most))
+        unit = readable(unknown.unit, unknown.field, size)
         suffix = f"[{number}]" if prior.shape() else ""
         component = f" {unknown.component}" if unknown.component else ""
         yield Slider(

@@ -28,6 +28,13 @@ NICE = 5
 """By how much the worker gives way to the page."""
 
 
+LOST = (
+    "The process that fitted and searched has ended: other programs may have needed its memory. "
+    "The next task starts it again."
+)
+"""What is said of tasks that a worker left undone."""
+
+
 class Told(NamedTuple):
     """What a worker tells of a task."""
 
@@ -38,6 +45,10 @@ class Told(NamedTuple):
     with the result, or `failed` with a sentence."""
     content: Any
     """The same."""
+
+
+ENDS = ("done", "failed")
+"""Words of these with which a task ends."""
 
 
 class AskedOfWorker(NamedTuple):
@@ -63,12 +74,14 @@ class Worker:
         self._process: subprocess.Popen[bytes] | None = None
         self._asked: AskedOfWorker | None = None
         self._messages: SimpleQueue[Any] = SimpleQueue()
+        self._undone: set[int] = set()
 
     def begin(self, task: str, asked: AskedOfWorker, **arguments: Any) -> int:
         """Begin a task of `worker_process.TASKS`, and return its number."""
         with self._lock:
             self._count += 1
             self._start()
+            self._undone.add(self._count)
             is_there = self._asked is not None and all(map(operator.is_, asked, self._asked))
             self._messages.put((self._count, task, None if is_there else asked, arguments))
             self._asked = asked
@@ -78,6 +91,7 @@ class Worker:
         """End the process and all that it has started; what it was at is lost."""
         with self._lock:
             process, self._process = self._process, None
+            self._undone.clear()
             self._messages.put(None)
         if process is not None:
             _end(process)
@@ -94,16 +108,22 @@ class Worker:
         )
         assert process.stdin is not None and process.stdout is not None
         # It takes seconds to begin to read, and a pipe holds less than a measurement.
-        self._messages, self._asked = SimpleQueue(), None
+        self._messages, self._asked, self._undone = SimpleQueue(), None, set()
         # The path of a model file goes along: it may import from its folder.
         self._messages.put({"path": sys.path, "settings": _settings()})
         Thread(target=_write_all, args=(process.stdin, self._messages), daemon=True).start()
-        Thread(target=self._listen, args=(process.stdout,), daemon=True).start()
+        listened = process.stdout, self._undone
+        Thread(target=self._listen, args=listened, daemon=True).start()
 
-    def _listen(self, stream: IO[bytes]) -> None:
+    def _listen(self, stream: IO[bytes], undone: set[int]) -> None:
         with stream:
             while (message := read(stream)) is not None:
-                self._hear(Told(*message))
+                told = Told(*message)
+                if told.word in ENDS:
+                    undone.discard(told.number)
+                self._hear(told)
+        for number in sorted(undone):
+            self._hear(Told(number, "failed", LOST))
 
 
 def _write_all(stream: IO[bytes], messages: "SimpleQueue[Any]") -> None:

@@ -135,8 +135,9 @@ const HEARD = {
     choose();
   },
   reach(header) {
-    Object.assign(store, { reach: header, beside: null, bound: null });
+    Object.assign(store, { reach: header, beside: null, bound: null, reachOfBand: null });
     chooseBand(store.band);
+    if (store.band) send({ do: "band", low: store.band[0], high: store.band[1] });
     learn.show();
   },
   beside(header) {
@@ -182,6 +183,7 @@ const HEARD = {
     tell("", 0);
   },
   saved(header) {
+    if (!store.task) tell("", 0);
     element("saved").textContent = header.words;
     element("saved").hidden = false;
     setTimeout(() => (element("saved").hidden = true), 9000);

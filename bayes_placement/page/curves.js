@@ -1,7 +1,7 @@
 // Charts of the channels that are shown: measured points with noise, curves, error; all are linked.
 
 import uPlot from "./vendor/uplot.js";
-import { CURVES, colour, element, make, oncePerFrame, three } from "./look.js";
+import { CURVES, colour, element, make, oncePerFrame, renew, three } from "./look.js";
 import { drawNyquist } from "./nyquist.js";
 import { VIEWS, axisName, drawn, noiseBand, partsOf, rowOf, unitOf, viewsOf } from "./quantities.js";
 
@@ -27,7 +27,7 @@ export class Curves {
   begin() {
     const views = viewsOf(this.store.model);
     this.view = views.includes(this.view) ? this.view : views[0];
-    element("views").replaceChildren(...views.map((view) => this.chip(view)));
+    renew(element("views"), ...views.map((view) => this.chip(view)));
     this.legend();
     this.build();
   }
@@ -42,7 +42,7 @@ export class Curves {
 
   legend() {
     const names = ["measured", ...CURVES.map((curve) => curve.name).filter((name) => this.store.curves[name])];
-    element("legend").replaceChildren(...names.map((name) => this.toggle(name)));
+    renew(element("legend"), ...names.map((name) => this.toggle(name)));
   }
 
   toggle(name) {

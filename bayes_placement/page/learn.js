@@ -11,26 +11,37 @@ export class Learn {
     this.store = store;
     this.look = look; // asks where something may act beside the model at hand
     this.share = {};
+    this.waiting = make("div");
+    this.plot = null;
   }
 
   show() {
+    this.plot?.destroy();
+    this.plot = null;
     const { reach, ledger, faults, next } = this.store;
     const parts = [];
     if (ledger) parts.push(...this.candidates(ledger));
     if (next) parts.push(...nextMeasurement(next));
     if (reach) parts.push(...this.places(reach));
-    const waiting = Object.entries(this.share).filter(([, { share }]) => share < 1);
-    for (const [task, { share }] of waiting) parts.push(make("p", { class: "waiting" }, `${WORDS[task] ?? task} … ${percent(share)}`));
-    for (const { words } of Object.values(this.share)) if (words) parts.push(make("p", { class: "waiting" }, words));
-    if (!reach && !waiting.length) parts.push(make("p", { class: "waiting" }, "The model is fitted as given, to see where something may act …"));
+    parts.push(this.waiting);
     if (faults?.sentences.length) parts.push(make("h3", {}, "The data themselves"), list(faults.sentences));
     element("learn").replaceChildren(...parts);
+    this.wait();
     if (reach) this.law(reach);
+  }
+
+  /** What is on its way, alone: all else stays as it is read. */
+  wait() {
+    const shares = Object.entries(this.share);
+    const waiting = shares.filter(([, { share }]) => share < 1).map(([task, { share }]) => `${WORDS[task] ?? task} … ${percent(share)}`);
+    if (!this.store.reach && !waiting.length) waiting.push("The model is fitted as given, to see where something may act …");
+    const told = shares.map(([, { words }]) => words).filter(Boolean);
+    this.waiting.replaceChildren(...[...waiting, ...told].map((words) => make("p", { class: "waiting" }, words)));
   }
 
   background({ task, share, words }) {
     this.share[task] = { share, words };
-    this.show();
+    this.wait();
   }
 
   candidates(ledger) {
@@ -75,7 +86,7 @@ export class Learn {
     const values = [...dots].filter(Boolean).sort((a, b) => a - b);
     const range = [values[Math.floor(values.length * 0.02)] / 2, values[Math.floor(values.length * 0.98)] * 2];
     element("law-title").textContent = `Law at the ${kind.acts_on}: ${kind.law_in_words}`;
-    new uPlot({
+    this.plot = new uPlot({
       width: this.chart.clientWidth || 300, height: 190, legend: { show: false }, cursor: { show: false },
       scales: { x: { time: false, distr: 3 }, y: { distr: 3, range } },
       axes: [{ ...axis, label: "frequency [Hz]", labelSize: 16, size: 26 }, { ...axis, label: measured.unit, labelSize: 16, size: 44 }],

@@ -26,6 +26,13 @@ export function make(tag, attributes = {}, ...children) {
   return made;
 }
 
+/** Replace what an element holds; a button that had the focus has it again, by its place. */
+export function renew(holder, ...children) {
+  const at = [...holder.querySelectorAll("button")].indexOf(document.activeElement);
+  holder.replaceChildren(...children);
+  if (at >= 0) holder.querySelectorAll("button")[at]?.focus({ preventScroll: true });
+}
+
 /** Three digits, as the package writes a reduced chi-square. */
 export function three(value) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";

@@ -1,6 +1,6 @@
 // Natural modes: frequencies with and without what was added, how alike the shapes are, one moves.
 
-import { element, make, three } from "./look.js";
+import { element, make, renew, three } from "./look.js";
 
 const ALIKE = 0.9; // modal assurance criterion from which on two shapes are taken for one mode
 
@@ -55,7 +55,7 @@ export class Modes {
     const head = make("tr", {}, ...["", "f [Hz]", `${beside}`, "MAC"].map((words) => make("th", {}, words)));
     const rows = now.frequency.map((hertz, i) => this.row(hertz, i));
     const note = this.moving === null ? "Press a mode: it moves." : `Blue moves as the model stands, grey ${beside}.`;
-    element("mode-list").replaceChildren(make("table", {}, head, ...rows), this.matrix(), make("p", { class: "hint" }, before.frequency.length ? note : "No mode lies in the band."));
+    renew(element("mode-list"), make("table", {}, head, ...rows), this.matrix(), make("p", { class: "hint" }, before.frequency.length ? note : "No mode lies in the band."));
   }
 
   row(hertz, i) {

@@ -71,6 +71,8 @@ class Row {
     this.range.addEventListener("input", () => this.moved(false));
     this.range.addEventListener("change", () => (this.isByKey ? this.rest() : this.moved(true)));
     this.range.addEventListener("pointerdown", () => (this.isByKey = false));
+    // Where it was dragged and brought back it has not changed, for the browser.
+    this.range.addEventListener("pointerup", () => setTimeout(() => this.isHeld && !this.isByKey && this.moved(true)));
     this.range.addEventListener("keydown", (event) => {
       this.isByKey = true;
       if (event.ctrlKey || event.metaKey) this.end();
@@ -96,6 +98,7 @@ class Row {
   }
 
   take(value) {
+    this.known = value;
     if (this.isHeld) return;
     this.range.value = Math.round(this.share(value) * this.range.max);
     if (!this.isTyped) this.number.value = number(value * this.slider.factor);
@@ -123,8 +126,10 @@ class Row {
 
   typed() {
     this.isTyped = false;
-    const value = Number(this.number.value.replace(",", ".")) / this.slider.factor;
-    if (Number.isFinite(value)) this.act.set({ [this.slider.name]: value });
+    const text = this.number.value.trim().replace(",", ".");
+    const value = Number(text) / this.slider.factor;
+    if (text && Number.isFinite(value)) this.act.set({ [this.slider.name]: value });
+    else this.take(this.known);
   }
 }
 

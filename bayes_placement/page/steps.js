@@ -1,6 +1,6 @@
 // The ledger of steps: the error as it fell, each step returned to by a click; and the script.
 
-import { colour, element, make, oncePerFrame, paper, three } from "./look.js";
+import { colour, element, make, oncePerFrame, paper, renew, three } from "./look.js";
 
 export class Steps {
   constructor(store, go, compare) {
@@ -16,7 +16,7 @@ export class Steps {
   show() {
     const { steps, current, path, script } = this.store.state;
     if (!this.canvas.isConnected) element("steps").replaceChildren(this.canvas, this.list);
-    this.list.replaceChildren(...steps.map((step, number) => this.row(step, number, current, path)), ...this.found);
+    renew(this.list, ...steps.map((step, number) => this.row(step, number, current, path)), ...this.found);
     const pane = element("script");
     pane.textContent = script;
     pane.scrollTop = pane.scrollHeight; // its last line is the newest

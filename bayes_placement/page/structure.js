@@ -1,7 +1,7 @@
 // The structure: sensors, tolerances, reach along it, effects that are dropped and dragged, modes.
 
 import { kindsOf } from "./band.js";
-import { colour, element, heat, make, oncePerFrame, paper, percent } from "./look.js";
+import { colour, element, heat, make, oncePerFrame, paper, percent, renew } from "./look.js";
 import { View } from "./view3d.js";
 
 const MARGIN = 34;
@@ -25,6 +25,7 @@ export class StructurePanel {
     this.canvas.addEventListener("pointerdown", (event) => this.press(event));
     this.canvas.addEventListener("pointermove", (event) => this.move(event));
     this.canvas.addEventListener("pointerup", (event) => this.release(event));
+    this.canvas.addEventListener("pointercancel", () => (this.held = null));
   }
 
   begin() {
@@ -40,7 +41,8 @@ export class StructurePanel {
     if (this.kind && this.kind !== this.told) this.act.port((this.told = this.kind));
     const [means, words] = this.store.beside ? [HELD, "preview: any law, all else held"] : [BOUND, "upper bound: any law, all else refitted"];
     const isByAny = kinds.some((kind) => kind.any_law !== undefined);
-    element("kinds").replaceChildren(
+    renew(
+      element("kinds"),
       ...kinds.map((kind) => {
         const press = () => {
           this.kind = kind.acts_on;

@@ -1,24 +1,28 @@
 """The server answers the page alone: who knows the token, from this address, with its messages."""
 
 import asyncio
+import gc
 import json
 import random
 import string
 import urllib.error
 import urllib.request
 
+import jax
 import numpy as np
 import numpyro.distributions as dist
 import pytest
 import websockets
 
 import bayes_placement as bp
+from bayes_placement._shared.compiled import programs_kept
 from bayes_placement._shared.errors import InfeasibleError, InputError
 from bayes_placement.criticism.missing.fitted_model import FittedModel
 from bayes_placement.explorer.background import Newest, lines_within
 from bayes_placement.explorer.candidates import added
 from bayes_placement.explorer.live import LivePage
-from bayes_placement.explorer.messages import LONGEST, MessageError, parsed
+from bayes_placement.explorer.messages import LONGEST, Message, MessageError, parsed
+from bayes_placement.explorer.response import ResponseOf
 from bayes_placement.explorer.steps import as_drawn
 from bayes_placement.explorer.worker import Told
 from bayes_placement.page.frames import packed, unpacked
@@ -400,6 +404,79 @@ def test_what_has_no_curves_or_no_noise_is_refused():
             observe=bp.observe.Complex("acceleration"),
             noise=None,
         ), small.measured(), browser=False)  # fmt: skip
+
+
+def compiled_responses():
+    """How many responses stay compiled, and objects that run them."""
+    gc.collect()
+    programs = jax.devices()[0].client.live_executables()
+    names = [module.name for program in programs for module in program.hlo_modules()]
+    runners = [one for one in gc.get_objects() if type(one) is ResponseOf]
+    return sum("_response" in name for name in names), len(runners)
+
+
+def test_only_structures_that_were_last_used_stay_compiled(page, monkeypatch):
+    """Undo among them compiles nothing; the curves of others are compiled anew, and the same."""
+    monkeypatch.setattr("bayes_placement.explorer.last_used.MOST", 2)
+    programs = programs_kept(2)
+    monkeypatch.setattr("bayes_placement.explorer.response.PROGRAMS", programs)
+    opened = bp.explore(small.experiment(), small.measured(), browser=False)
+    live, turns = opened._server.page, opened._server._turns
+
+    def do(word, **content):
+        turns.submit(live.handle, Message(word, content)).result()
+        return live.session.chi2[live.session.current]
+
+    drawn = do("go", state=0)
+    before = compiled_responses()
+    for kind in ("point_mass", "ground_spring", "gain_error"):
+        do("go", state=0)
+        last = do("add", kind=kind, number=1, at=None)
+    after = compiled_responses()
+    assert after[0] - before[0] == 1 and after[1] - before[1] == 1
+    misses = programs.cache_info().misses
+    assert do("undo") == drawn and do("redo") == last
+    assert programs.cache_info().misses == misses
+    first = do("go", state=1)
+    assert programs.cache_info().misses == misses + 1
+    assert first == live.session.chi2[1] and first != last
+    opened.close()
+
+
+def test_a_fit_follows_from_where_it_began(page):
+    """What is done meanwhile is another branch: a script would fit another model."""
+    opened = bp.explore(small.experiment(), small.measured(), browser=False)
+    live, turns = opened._server.page, opened._server._turns
+    given = live.session.model.values
+    turns.submit(live.handle, Message("fit", {})).result()
+    task = live._task[0]
+    add = {"kind": "point_mass", "number": 1, "at": None}
+    turns.submit(live.handle, Message("add", add)).result()
+    turns.submit(live._hear_at_hand, Told(task, "seen", given)).result()
+    turns.submit(live._hear_at_hand, Told(task, "done", given)).result()
+    last = live.session.states[-1]
+    assert (last.title, last.parent) == ("fit", 0) and not last.model.experiment.effects
+    assert [state.title for state in live.session.states][1:2] == ["+ point_mass"]
+    opened.close()
+
+
+def test_a_page_that_reads_nothing_is_left_and_comes_back(page, monkeypatch):
+    """Frames that wait for it would fill the memory."""
+    monkeypatch.setattr("bayes_placement.explorer.server.MOST_WAITING", 5)
+    server = page._server
+
+    async def sleep(socket):
+        await heard(socket, "state")
+        for _ in range(200):  # more than the operating system keeps as well
+            server._broadcast(b"\2\0\0\0{}" + bytes(1_000_000))
+        with pytest.raises(websockets.ConnectionClosed):
+            while True:
+                await asyncio.wait_for(socket.recv(), 120)
+        assert socket.close_code == 1013
+
+    talk(page, sleep)
+    assert not server._sockets
+    talk(page, lambda socket: heard(socket, "state"))
 
 
 def test_a_port_that_is_taken_is_told_in_a_sentence(page):

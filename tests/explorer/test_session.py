@@ -3,11 +3,13 @@
 import json
 
 import numpy as np
+import numpyro.distributions as dist
 import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
+import bayes_placement as bp
 from bayes_placement._shared.errors import InputError
 from bayes_placement.explorer.actions import Drawn, Moved, Refitted, Removed
 from bayes_placement.explorer.candidates import added, placed_at
@@ -194,3 +196,9 @@ def test_sliders_have_the_ranges_of_the_priors():
     assert mass.is_logarithmic and mass.unit == "g"
     # Of a prior that is flat in the logarithm the density along it is flat as well.
     np.testing.assert_allclose(mass.density, 1.0, atol=2e-3)
+
+
+def test_a_number_that_is_negative_has_the_unit_of_its_size():
+    lighter = EXPERIMENT + bp.effects.point_mass(0.3, dist.Uniform(-0.5, -0.01))
+    mass = {slider.name: slider for slider in sliders(lighter)}["structure.effects.point_mass.mass"]
+    assert (mass.low, mass.high, mass.unit) == (-0.5, -0.01, "kg")

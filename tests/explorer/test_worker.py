@@ -1,7 +1,9 @@
 """The worker fits and searches in a process of its own, tells of its steps, and can be stopped."""
 
 import json
+import os
 import queue
+import signal
 import time
 
 import numpy as np
@@ -86,6 +88,20 @@ def test_a_worker_says_what_is_wrong_goes_on_and_is_stopped(worker):
     started.stop()
     assert process.poll() is not None
     assert not {"done", "failed"} & {told.get().word for _ in range(told.qsize())}
+    started.begin("check_data", asked=asked)  # another one starts
+    assert heard(told, "done")[-1].content == []
+
+
+@pytest.mark.long
+def test_tasks_of_a_worker_that_was_killed_are_told_as_failed(worker):
+    started, told = worker
+    asked = AskedOfWorker(small.experiment(), small.measured(), None, None)
+    for task in ("check_data", "search"):
+        number = started.begin(task, asked=asked)
+    heard(told, "done")
+    os.killpg(started._process.pid, signal.SIGKILL)
+    failed = heard(told, "failed")[-1]
+    assert failed.number == number and "has ended" in failed.content
     started.begin("check_data", asked=asked)  # another one starts
     assert heard(told, "done")[-1].content == []
 
