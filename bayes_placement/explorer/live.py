@@ -254,7 +254,6 @@ class LivePage:
         self._background.look_at_next(self._begun_at, ledger.alternatives)
         if ledger.steps[-1].effects:
             self.tell_curves(COMPLETED, self.session.model)
-        self.keep()
         self._tell_all()
 
     def _asked_for(self) -> Experiment:
@@ -270,11 +269,11 @@ class LivePage:
             self.session.take_back()
             raise
         self._tell_all()
-        self.keep()
 
     def _tell_all(self) -> None:
         self.tell_curves(NOW, self.session.model)
         self._tell_state()
+        self.keep()
 
     def _known(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """Values within their ranges, of what the model has; whole where only these are meant."""

@@ -101,11 +101,11 @@ const HEARD = {
   curves(header) {
     const isFirst = !store.curves[header.name];
     store.curves[header.name] = header;
+    if (!store.task) tell("", 0);
     if (header.name === "now") {
       element("chi2").textContent = three(header.chi2);
       store.isPreview = !header.is_state;
       label(header.task);
-      if (!store.task) tell("", 0);
       if (header.task) {
         steps.seen(header.chi2, header.title);
         parameters.preview(header.values);

@@ -380,6 +380,9 @@ def test_a_later_call_takes_the_page_up(page, tmp_path, monkeypatch):
             await heard(socket, "curves", title="0. as drawn")
 
         talk(again, play)
+        again._server._turns.submit(again._server.page.handle, Message("undo", {})).result()
+        (kept,) = (tmp_path / "explored").glob("*.json")  # also of a process that is killed now
+        assert json.loads(kept.read_text())["current"] == 0
         tasks = [task for task, _ in ASKED]
         assert tasks == ["offered", "check_data", "as_given", "reach"]
         # What is fitted as given has none of the effects that were taken up.
