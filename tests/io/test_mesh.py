@@ -202,8 +202,11 @@ def test_bulk_data_without_an_end_are_refused_at_once(tmp_path, monkeypatch, suf
         mesh.read(path)
 
 
+LONG_WAIT = pytest.param(12.0, "s of computing", marks=pytest.mark.longest)
+
+
 @pytest.mark.long
-@pytest.mark.parametrize(("waiting", "unit"), [(-4.0, "s"), (12.0, "s of computing")])
+@pytest.mark.parametrize(("waiting", "unit"), [(-4.0, "s"), LONG_WAIT])
 def test_a_mesh_that_never_ends_is_given_up(tmp_path, monkeypatch, waiting, unit):
     monkeypatch.setattr(_reader_process, "SECONDS_OF_WAITING", waiting)
     for_ever = tmp_path / "for_ever.py"

@@ -157,6 +157,7 @@ def test_a_network_is_told_as_such_where_its_effect_is_not_tried():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_beside_a_second_effect_a_network_gives_way_to_a_part_of_it():
     """Alone, a mass on two others by a dashpot took up a little of what the second mass does."""
     setup = experiment()

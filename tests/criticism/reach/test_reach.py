@@ -89,7 +89,7 @@ def rubber(omega):
 
 SPREAD = [
     (mount, "region", ["-", "c", "k"]),
-    (rubber, "structure", "p"),
+    pytest.param(rubber, "structure", "p", marks=pytest.mark.longest),
 ]
 
 
