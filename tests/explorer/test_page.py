@@ -197,7 +197,8 @@ SHOWN = """() => {
 
 COUNT = """() => {
   window.told = 0;
-  new MutationObserver(() => (window.told += 1)).observe(document.querySelector("#script"), { childList: true });
+  const script = document.querySelector("#script");
+  new MutationObserver(() => (window.told += 1)).observe(script, { childList: true });
 }"""
 """Count the states of which the page is told: with each the script is written anew."""
 
