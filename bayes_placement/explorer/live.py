@@ -126,7 +126,9 @@ class LivePage:
         self._on_move(self._values_at(effect, at), serial)
 
     def _on_set(self, values: Mapping[str, float]) -> None:
-        self._do(Moved(self._known(values)))
+        known = self._known(values)
+        if known:  # a slider may tell of its last place once its effect is gone
+            self._do(Moved(known))
 
     def _on_put(self, effect: str, at: Position) -> None:
         self._on_set(self._values_at(effect, at))

@@ -14,9 +14,13 @@ const MOST_SHOWN = 4;
 const LEAST_SHARE = 0.03; // of a task, from which on its pace is known
 const STILL = 400; // [ms] after which a band that is shown is looked at
 const SAVED = ["model", "case", "report"];
+const BY_ITSELF = ["port", "modes", "band"]; // what is asked for without a press
 
 const store = { model: null, curves: {}, shown: [0], state: null, reach: null, ledger: null, faults: null, palette: [], x: null };
-const send = (message) => link.send(message);
+const send = (message) => {
+  if (!BY_ITSELF.includes(message.do)) element("trouble").hidden = true; // what was told is answered
+  link.send(message);
+};
 
 const curves = new Curves(store, (range) => {
   matrix.range = range;
@@ -81,8 +85,8 @@ function choose() {
   variant.replaceChildren(...kind.settings.map((words, i) => make("option", { value: i + 1 }, words || `variant ${i + 1}`)));
   element("add").textContent = kind.is_placed ? "Add at the peak" : "Add";
   element("hint").textContent = kind.is_placed
-    ? `Click on the structure to drop a ${kind.kind.replaceAll("_", " ")}; drag it to move it.`
-    : `A ${kind.kind.replaceAll("_", " ")} has no place: press Add.`;
+    ? "Click on the structure to drop it; drag it to move it."
+    : "It has no place: press Add.";
 }
 
 /** What the server tells, by its word. */
@@ -217,10 +221,7 @@ function tell(words, share) {
   element("progress").querySelector("i").style.setProperty("--share", percent(share ?? 0).replace(" ", ""));
 }
 
-for (const name of ["undo", "redo", "fit", "search", "stop", "reset"]) element(name).onclick = () => {
-  element("trouble").hidden = true;
-  send({ do: name });
-};
+for (const name of ["undo", "redo", "fit", "search", "stop", "reset"]) element(name).onclick = () => send({ do: name });
 for (const what of SAVED) element(`save-${what}`).onclick = () => send({ do: "save", what });
 element("kind").onchange = choose;
 element("add").onclick = () => add(null);

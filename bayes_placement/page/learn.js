@@ -36,7 +36,7 @@ export class Learn {
     const waiting = shares.filter(([, { share }]) => share < 1).map(([task, { share }]) => `${WORDS[task] ?? task} … ${percent(share)}`);
     if (!this.store.reach && !waiting.length) waiting.push("The model is fitted as given, to see where something may act …");
     const told = shares.map(([, { words }]) => words).filter(Boolean);
-    this.waiting.replaceChildren(...[...waiting, ...told].map((words) => make("p", { class: "waiting" }, words)));
+    this.waiting.replaceChildren(...[...new Set([...waiting, ...told])].map((words) => make("p", { class: "waiting" }, words)));
   }
 
   background({ task, share, words }) {
@@ -74,7 +74,7 @@ export class Learn {
 
   /** The law that the data ask for at the best kind of port, with the network through it. */
   law(reach) {
-    const kind = reach.kinds.find((each) => each.measured);
+    const kind = reach.kinds.find((each) => each.measured?.real.some((value) => value));
     if (!kind || !this.chart.isConnected) return;
     const { measured } = kind;
     const size = (real, imaginary) => real.map((re, i) => Math.hypot(re, imaginary[i]) || null);

@@ -87,6 +87,16 @@ def test_no_word_stays_of_a_structure_that_was_compiled_to_be_compared(explorer,
     assert page.locator("#progress").is_hidden()
 
 
+def test_what_went_wrong_is_told_until_the_next_step(explorer, page):
+    explorer._server._turns.submit(explorer._server.page.tell, "error", words="It failed.").result()
+    page.locator("#trouble", has_text="It failed.").wait_for()
+    page.locator("#matrix button").first.click()  # asks for nothing
+    assert page.locator("#trouble").is_visible()
+    page.locator("#add").click()
+    page.locator("fieldset.effect").wait_for()
+    assert page.locator("#trouble").is_hidden()
+
+
 def test_what_is_pressed_by_keys_keeps_the_focus(page):
     for name in ("real and imaginary", "as drawn"):
         page.get_by_role("button", name=name, exact=True).last.focus()

@@ -206,9 +206,11 @@ def test_the_page_is_told_the_model_and_follows_moves(page):
         await socket.send(json.dumps({"do": "undo"}))
         back, _ = await heard(socket, "curves", name="now")
         assert back["chi2"] == drawn["chi2"]
+        await socket.send(json.dumps({"do": "set", "values": {"nobody": 1.0}}))
         await socket.send(json.dumps({"do": "remove", "effect": "nobody"}))
         error, _ = await heard(socket, "error")
         assert 'no effect "nobody"' in error["words"]
+        assert len(page.session.states) == 2
 
     talk(page, play)
 
