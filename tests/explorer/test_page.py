@@ -1,7 +1,7 @@
 """What a person does on the page, in a browser: the page and Python agree, nothing hangs."""
 
 import pytest
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, Phase, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
@@ -214,6 +214,7 @@ COUNT = """() => {
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_page_and_python_agree_after_each_of_random_clicks(explorer, page):
     page.set_viewport_size({"width": 1280, "height": 2000})
     page.set_default_timeout(60_000)
@@ -228,6 +229,7 @@ def test_page_and_python_agree_after_each_of_random_clicks(explorer, page):
         stateful_step_count=8,
         deadline=None,
         derandomize=True,
+        phases=[Phase.generate],  # a shorter sequence would take minutes to find
         suppress_health_check=[*HealthCheck],
     )
     OnPage.TestCase("runTest").runTest()

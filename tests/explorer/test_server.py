@@ -162,6 +162,13 @@ def test_a_message_that_no_page_sends_is_refused(text):
         parsed(text)
 
 
+def test_numbers_that_are_whole_are_numbers_and_counts_stay_whole():
+    moved = parsed('{"do": "move", "values": {"a": 1013600000}, "serial": 3}').content
+    assert [*map(type, moved["values"].values())] == [float] and type(moved["serial"]) is int
+    band = parsed('{"do": "band", "low": 5, "high": 7.5}').content
+    assert [*map(type, band.values())] == [float, float]
+
+
 def test_random_messages_are_refused_without_harm():
     dice = random.Random(0)
     for _ in range(1000):
