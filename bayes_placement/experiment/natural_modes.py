@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._shared.compiled import Bound, compiled
+from .._shared.compiled import Bound, compiled, programs_kept
 from ..modes.modes import Modes
 from ..modes.points import Points, joined
 from .frf import linear_laws
@@ -20,6 +20,9 @@ STEPS = 400
 
 SAME = 1e-9
 """Share of a natural frequency to which it is found."""
+
+PROGRAMS = programs_kept(24)
+"""Those of eight structures: each that is looked at has three, and may be looked at once."""
 
 
 class NaturalModes(NamedTuple):
@@ -42,8 +45,8 @@ def natural_modes(structure: Structure, points: Any, up_to: float, most: int) ->
     amplitude are left out. Points at which shapes are read [m] are numbers on a line, else three
     each; modes are the lowest ones up to a frequency [Hz].
     """
-    at_line = compiled(_at_line).bound(structure, effort=0)
-    at_ports = compiled(_at_ports).bound(structure, effort=0)()
+    at_line = compiled(_at_line).bound(structure, effort=0, programs=PROGRAMS)
+    at_ports = compiled(_at_ports).bound(structure, effort=0, programs=PROGRAMS)()
     pencil = _Pencil(at_line, *map(np.asarray, at_ports))
     grid = 2 * np.pi * up_to * (np.arange(STEPS) + 1) / STEPS
     roots = list(_roots(pencil, grid, most))
@@ -51,7 +54,8 @@ def natural_modes(structure: Structure, points: Any, up_to: float, most: int) ->
     if not roots:
         return NaturalModes(frequency, np.zeros((0, len(points), 3)))
     shape = np.zeros((len(roots), len(points), 3))
-    at_points = compiled(_at_points).bound(structure, np.asarray(points), effort=0)()
+    of_points = structure, np.asarray(points)
+    at_points = compiled(_at_points).bound(*of_points, effort=0, programs=PROGRAMS)()
     read, left_out = map(np.asarray, at_points)
     for mode, (root, branch) in enumerate(roots):
         amplitude = pencil.vector(root, branch)

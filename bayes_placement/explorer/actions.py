@@ -114,12 +114,17 @@ class Removed(Action):
     def applied_to(self, model: ValuedModel) -> ValuedModel:
         """Return the model without it."""
         experiment = model.experiment.without(self.name)
+        # An effect may have stood for an unknown, which is there again.
         known = as_drawn(experiment)
-        return ValuedModel(experiment, {word: model.values[word] for word in known})
+        values = {word: model.values.get(word, drawn) for word, drawn in known.items()}
+        return ValuedModel(experiment, values)
 
     def lines(self) -> list[str]:
-        """One line: values that belong to nothing change nothing."""
-        return [f"experiment = experiment.without({self.name!r})"]
+        """Two lines: values that belong to nothing change nothing."""
+        return [
+            f"experiment = experiment.without({self.name!r})",
+            "values = as_drawn(experiment) | values",
+        ]
 
     def title(self, before: ValuedModel) -> str:
         """Its name."""

@@ -94,9 +94,13 @@ def parsed(text: str) -> Message:
         raise MessageError("It is none of the messages of the page.")
     if not all(allowed(content[name]) for name, allowed in fields.items()):
         raise MessageError("A value in it is none that the page sends.")
-    return Message(str(word), {name: _plain(value) for name, value in content.items()})
+    return Message(str(word), {name: _plain(content[name], fields[name]) for name in content})
 
 
-def _plain(value: Any) -> Any:
-    """A place as three numbers, all else as it is."""
-    return tuple(map(float, value)) if isinstance(value, list) else value
+def _plain(value: Any, allowed: Callable[[Any], bool]) -> Any:
+    """Numbers as floats, also those that JSON writes as whole ones; all else as it is."""
+    if isinstance(value, dict):
+        return {name: float(number) for name, number in value.items()}
+    if isinstance(value, list):
+        return tuple(map(float, value))
+    return float(value) if allowed is _is_number else value

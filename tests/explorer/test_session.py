@@ -151,6 +151,16 @@ def test_a_dropped_mass_sits_where_it_was_dropped_and_the_script_says_so():
     assert run_script(session) == named(session)
 
 
+def test_an_unknown_that_an_effect_stood_for_is_there_again_without_it():
+    session = Session(EXPERIMENT, MEASUREMENT)
+    drawn = named(session)
+    session.do(added(EXPERIMENT, "beyond_prior", 1))
+    session.do(Drawn())
+    assert session.model.values.keys() != drawn[1].keys()
+    session.do(Removed("beyond_prior"))
+    assert named(session) == drawn == run_script(session)
+
+
 def test_states_that_were_left_are_still_there():
     session = Session(EXPERIMENT, MEASUREMENT)
     session.do(Moved({RATIO: 0.03}))
