@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 from .._shared.compiled import compiled
 from .beams.waveguide import Waveguide
 from .changed import ChangedModes, DerivedModes, changed
+from .finite_elements.cell_masses import CELLS
 from .finite_elements.nodal_modes import NodalModes, nodal_of
 from .modes import Modes, frequencies_of
 from .original_modes import original
@@ -46,14 +47,14 @@ def piece_shares(modes: Modes, pieces: int, count: int) -> PieceShares | None:
 
     Pieces of a uniform bar or beam are so many of equal length. Those of the mass of a finite
     element model are its cells; those of its stiffness are its regions, as many as it has, or the
-    cells again where it has none. The modes that they mix are the lowest, rigid-body modes among
-    them.
+    cells again where it has none. Of few nodes each is a cell, and the stiffness lies between them:
+    no piece is known then. The modes that pieces mix are the lowest, rigid-body modes among them.
     """
     base = original(modes)
     nodal = nodal_of(base)
     if isinstance(base, Waveguide):
         shares = _of_waveguide(base, pieces)
-    elif nodal is not None and (nodal.regions.names or len(nodal.cell_masses) > 1):
+    elif nodal is not None and (nodal.regions.names or len(nodal.cell_masses) >= CELLS):
         shares = _of_nodal(nodal)
     else:
         return None

@@ -59,9 +59,9 @@ def places_of(hypothesis: Hypothesis) -> Iterator[tuple[str, Box]]:
     size = np.max(np.subtract(*experiment.structure.modes.bounds()[::-1]))
     for effect in hypothesis.effects:
         places = drawn_places(placed[effect.name], hypothesis)
-        if len(effect.place_fields) == 1:
-            places = [np.mean(places, axis=0)]
         if places:
+            if len(effect.place_fields) == 1:
+                places = [np.mean(places, axis=0)]
             first, last = (np.percentile(places, side, axis=1) / size for side in SIDES)
             corners = first.min(axis=0), last.max(axis=0)
             low, high = (tuple(map(float, corner)) for corner in corners)
