@@ -112,16 +112,19 @@ class Worker:
         # The path of a model file goes along: it may import from its folder.
         self._messages.put({"path": sys.path, "settings": _settings()})
         Thread(target=_write_all, args=(process.stdin, self._messages), daemon=True).start()
-        listened = process.stdout, self._undone
+        listened = process, process.stdout, self._undone
         Thread(target=self._listen, args=listened, daemon=True).start()
 
-    def _listen(self, stream: IO[bytes], undone: set[int]) -> None:
+    def _listen(
+        self, process: "subprocess.Popen[bytes]", stream: IO[bytes], undone: set[int]
+    ) -> None:
         with stream:
             while (message := read(stream)) is not None:
                 told = Told(*message)
                 if told.word in ENDS:
                     undone.discard(told.number)
                 self._hear(told)
+        process.wait()  # a task that follows needs another one
         for number in sorted(undone):
             self._hear(Told(number, "failed", LOST))
 
