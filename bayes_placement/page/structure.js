@@ -30,7 +30,7 @@ export class StructurePanel {
 
   begin() {
     this.view = new View(this.store.model.structure);
-    this.draw();
+    this.paint(); // where things are on the screen is known from then on
   }
 
   /** Kinds of ports, as reach knows them. */
@@ -298,6 +298,7 @@ export class StructurePanel {
   }
 
   press(event) {
+    if (!this.view) return;
     const place = this.position(event);
     const effect = this.placed().find(({ at }) => {
       const [x, y] = this.view.toScreen(at);

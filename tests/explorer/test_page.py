@@ -43,7 +43,7 @@ def at(page, slider, share):
 
 
 def until(page, is_so):
-    for _ in range(6000):
+    for _ in range(2000):
         if is_so():
             return
         page.wait_for_timeout(10)
@@ -85,6 +85,18 @@ def test_no_word_stays_of_a_structure_that_was_compiled_to_be_compared(explorer,
     page.locator("#steps li button").first.click(modifiers=["Shift"])
     page.locator("#legend button", has_text="0. as drawn").wait_for()
     assert page.locator("#progress").is_hidden()
+
+
+def test_the_mouse_may_be_on_a_structure_that_is_not_drawn_yet(explorer, page):
+    page.locator("#add").click()
+    page.locator("fieldset.effect").wait_for()
+    page.evaluate("window.requestAnimationFrame = () => 0")
+    explorer._server._turns.submit(explorer._server.page.greet).result()
+    page.wait_for_timeout(300)
+    box = page.locator("#structure").bounding_box()
+    page.mouse.move(box["x"] + 40, box["y"] + 40)
+    page.wait_for_timeout(100)
+    assert page.trouble == []
 
 
 def test_what_went_wrong_is_told_until_the_next_step(explorer, page):

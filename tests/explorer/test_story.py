@@ -58,7 +58,7 @@ def opened(browser, address, **settings):
     page.set_default_timeout(90 * SECONDS)
     page.trouble = []
     page.on("console", lambda message: page.trouble.append(message.text))
-    page.on("pageerror", lambda error: page.trouble.append(str(error)))
+    page.on("pageerror", lambda error: page.trouble.append(error.stack or str(error)))
     own = (address, address.replace("http:", "ws:"), "data:")
     page.on("request", lambda asked: asked.url.startswith(own) or page.trouble.append(asked.url))
     page.goto(address)
