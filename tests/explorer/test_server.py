@@ -474,7 +474,7 @@ def test_a_fit_follows_from_where_it_began(page):
 
 def test_a_page_that_reads_nothing_is_left_and_comes_back(page, monkeypatch):
     """Frames that wait for it would fill the memory."""
-    monkeypatch.setattr("bayes_placement.explorer.server.MOST_WAITING", 5)
+    monkeypatch.setattr("bayes_placement.explorer.server.MOST_WAITING", 50)
     server = page._server
 
     async def sleep(socket):
