@@ -79,7 +79,8 @@ class Embedded:
     such a mass; where there are no regions, each cell such a stiffness. This moves natural
     frequencies and shapes together and mixes close modes, as errors of single modes do not. Both
     have one size, since a wave hardly tells a stiffer piece from one that is lighter and as much
-    longer. Of modes handed over without mass no piece is known.
+    longer. Of modes handed over without mass, and of fewer nodes than cells without regions, no
+    piece is known.
 
     In a roved test a structure is not the same in all runs: it is warmer, or its joints slip more
     where a hit is harder. In the run of each actuator natural frequencies are those of the

@@ -1,4 +1,7 @@
-"""What is made of experiments, and stays for the few that were used last."""
+"""What is made of experiments, and stays for the few that were used last.
+
+An experiment comes in, what was made of it goes out; what that is, is not known here.
+"""
 
 from collections.abc import Callable
 from typing import Generic, TypeVar

@@ -12,7 +12,7 @@ from ...effects.library import EFFECTS, kind_of
 from ...effects.registry import inserted, modulus
 from ...laws.canonical import canonical
 from ...laws.law import Law, Scaled
-from ._estimates import drawn_places, estimates, laplace
+from ._estimates import PERCENTILES, drawn_places, estimates, laplace
 from ._hypotheses import Hypothesis
 from ._parameter_estimate import ParameterEstimate, number_or_none
 from ._posterior_odds import Comparison
@@ -25,9 +25,6 @@ SCHEMA = 1
 
 LEAST = 0.01
 """Least share of the probability of an entry that another explanation must have."""
-
-SIDES = [2.5, 97.5]
-"""Ends of a 95 % interval [%]."""
 
 
 def claims(
@@ -97,7 +94,7 @@ def _entry(
         "on": placed.setting(experiment.structure.modes, experiment.instruments),
         "direction": _direction(placed),
         "place_m": [np.mean(draws, axis=0).tolist() for draws in places],
-        "place_95_m": [np.percentile(draws, SIDES, axis=0).T.tolist() for draws in places],
+        "place_95_m": [np.percentile(draws, PERCENTILES, axis=0).T.tolist() for draws in places],
         "law": None if law is None else repr(law),
         "law_tree": None if law is None else canonical(law.tree()),
         "parameters": {word: item.to_json() for word, item in numbers.items()},

@@ -24,6 +24,9 @@ INNER = 1.95996
 SIDES = np.array([-OUTER, -INNER, INNER, OUTER])
 """Ends of both intervals [standard deviations]."""
 
+PERCENTILES = (2.5, 97.5)
+"""Ends of a 95 % interval [%]."""
+
 
 def estimates(
     hypothesis: Hypothesis, points: np.ndarray | None = None

@@ -10,14 +10,11 @@ from ...effects.library import kind_of
 from ...inference.engines.about_mode import SampledPosterior
 from ..check._edges import EDGE
 from ._cautions import shares_at_edges
-from ._estimates import drawn_places
+from ._estimates import PERCENTILES, drawn_places
 from ._held_out import scores
 from ._hypotheses import Hypothesis
 from ._unknown_noise import gain_with_outliers, neumann_of, noise_needed
 from .table import Box, Row
-
-SIDES = 2.5, 97.5
-"""Ends of a 95 % interval [%]."""
 
 
 def row_of(hypothesis: Hypothesis, log_prior: float = 0.0) -> Row:
@@ -62,7 +59,7 @@ def places_of(hypothesis: Hypothesis) -> Iterator[tuple[str, Box]]:
         if places:
             if len(effect.place_fields) == 1:
                 places = [np.mean(places, axis=0)]
-            first, last = (np.percentile(places, side, axis=1) / size for side in SIDES)
+            first, last = (np.percentile(places, side, axis=1) / size for side in PERCENTILES)
             corners = first.min(axis=0), last.max(axis=0)
             low, high = (tuple(map(float, corner)) for corner in corners)
             yield kind_of(effect), (low, high)

@@ -136,8 +136,9 @@ class Row(NamedTuple):
     places: tuple[tuple[str, Box], ...] = ()
 
     def place_of(self, kind: str) -> Box | None:
-        """Where the effect of a kind acts; None where that is not known, or of variants."""
-        return dict(self.places).get(kind)
+        """Where the effect of a kind acts; None where that is not known, or there are several."""
+        boxes = [box for of, box in self.places if of == kind]
+        return boxes[0] if len(boxes) == 1 else None
 
     @property
     def p_value(self) -> float:

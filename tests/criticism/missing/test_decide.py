@@ -174,6 +174,12 @@ def test_what_else_explains_the_data_at_the_same_place_is_told_beside(place, kin
     assert decision.kinds == kinds and decision.confounded == (("mass", "spring"),)
 
 
+def test_of_two_masses_it_is_not_known_which_one_is_replaced():
+    twice = row("mass mass", 0.0)._replace(places=(("mass", HERE), ("mass", LONG)))
+    assert twice.place_of("mass") is None and twice.place_of("spring") is None
+    assert twice._replace(places=twice.places[:1]).place_of("mass") == HERE
+
+
 @pytest.mark.parametrize(("held_out", "kinds"), [(-1.0, ()), (0.25, ()), (0.27, ("mass",))])
 def test_an_effect_predicts_held_out_data_better_by_two_standard_errors(held_out, kinds):
     none = erroneous("", 0.0, 100.0, held_out=(0.0, 0.1, -0.1, 0.2))
