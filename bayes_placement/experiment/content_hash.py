@@ -10,6 +10,7 @@ import functools
 import hashlib
 import inspect
 import pickle
+import weakref
 from typing import Any
 
 import jax
@@ -20,6 +21,14 @@ from numpyro.distributions.transforms import Transform
 
 VERSIONED = ("bayes_placement", "numpyro", "jax", "numpy", "builtins")
 """Packages whose code is identified by their version and not by its text."""
+
+LARGE = 1 << 16
+"""Size [byte] from which the hash of an array is kept as long as the array is."""
+
+Content = tuple[str, str, tuple[int, ...], str]
+"""Kind, type, shape and hash of the numbers of an array."""
+
+_KEPT: dict[int, tuple[weakref.ref[jax.Array], Content]] = {}
 
 
 def content_hash(*values: object) -> str:
@@ -52,7 +61,7 @@ class _ContentPickler(pickle.Pickler):
         """Content of values that pickle does not write by content; None for all others."""
         kind: Any = type(value)
         if isinstance(value, jax.Array | np.ndarray) and value.dtype != object:
-            return _numbers(np.asarray(value))
+            return _content(value)
         if isinstance(value, set | frozenset):
             return kind, sorted(map(content_hash, value))
         if isinstance(value, Distribution):
@@ -68,7 +77,22 @@ class _ContentPickler(pickle.Pickler):
         return None
 
 
-def _numbers(array: np.ndarray) -> tuple[str, str, tuple[int, ...], str]:
+def _content(array: np.ndarray | jax.Array) -> Content:
+    """Content of an array; that of a large one of JAX is kept, since nobody can change it.
+
+    The matrices of a finite element model are part of every fit.
+    """
+    if isinstance(array, np.ndarray) or array.nbytes < LARGE:
+        return _numbers(np.asarray(array))
+    place = id(array)
+    if place not in _KEPT:
+        # Forgotten with the array: another one may come to lie in its place.
+        reference = weakref.ref(array, lambda _: _KEPT.pop(place, None))
+        _KEPT[place] = reference, _numbers(np.asarray(array))
+    return _KEPT[place][1]
+
+
+def _numbers(array: np.ndarray) -> Content:
     """Numbers of an array in the order of its axes: in memory they may lie in another order."""
     in_order = np.ascontiguousarray(array).reshape(-1).view(np.uint8)
     digest = hashlib.sha256(in_order.data).hexdigest()

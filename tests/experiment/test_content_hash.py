@@ -1,11 +1,14 @@
 """The hash of numbers is that of their values, however they lie in memory."""
 
+import gc
 import pickle
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from bayes_placement.experiment.content_hash import content_hash
+from bayes_placement.experiment import content_hash as module
+from bayes_placement.experiment.content_hash import LARGE, content_hash
 
 NUMBERS = np.arange(12.0).reshape(3, 4)
 
@@ -23,3 +26,18 @@ def test_another_order_in_memory_has_the_same_hash(array):
 )
 def test_other_numbers_shapes_and_types_have_another_hash(array):
     assert content_hash(NUMBERS) != content_hash(array)
+
+
+def test_a_large_array_is_read_once_and_forgotten_with_it(monkeypatch):
+    gc.collect()
+    read, before = [], len(module._KEPT)
+    of_numbers = module._numbers
+    monkeypatch.setattr(module, "_numbers", lambda array: read.append(1) or of_numbers(array))
+    numbers = np.arange(LARGE / 8)
+    arrays = [jnp.asarray(numbers), jnp.asarray(numbers + 1)]
+    hashes = [content_hash(array) for array in (*arrays, *arrays, numbers)]
+    assert hashes[:2] == hashes[2:4] and hashes[0] == hashes[4] != hashes[1]
+    assert len(read) == 3 and len(module._KEPT) == before + 2
+    del arrays
+    gc.collect()
+    assert len(module._KEPT) == before
