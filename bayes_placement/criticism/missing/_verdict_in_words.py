@@ -80,7 +80,8 @@ def _of_nothing(ledger: Ledger) -> list[str]:
 def _of_errors_alone(ledger: Ledger) -> list[str]:
     """Where a model error is the rival of every effect, and none is claimed beside it."""
     last, stands = ledger.steps[-1], ledger.standing
-    why = f"Nothing is claimed to be missing: {_why_not(ledger)}. {sizes_in_words(last)}"
+    reason = _why_not(ledger) or "a model error explains the data better than any candidate"
+    why = f"Nothing is claimed to be missing: {reason}. {sizes_in_words(last)}"
     fails = ["The model still fails its check."] if ledger.unexplained else []
     if not stands.exact_fails:
         return [why, *fails]
@@ -126,19 +127,8 @@ def _near(step: FittedModel, nearest: FittedModel) -> str:
 
 
 def _why_not(ledger: Ledger) -> str:
-    """Say why nothing is claimed where a model error is allowed."""
-    if ledger.confounded:
-        return (
-            "besides a model error, more than one effect also reduces the misfit, and these "
-            "data do not tell which"
-        )
-    best = ledger.compared["effects"].iloc[0]
-    if best == "none":
-        return "a model error explains the data better than any candidate"
-    return (
-        f"{best} also reduces the misfit, but leaves more of it to the model error than it "
-        "explains, or predicts held-out data no better"
-    )
+    """Say why nothing is claimed where a model error is allowed, or nothing is new."""
+    return "; ".join(decide(ledger.rows, ledger.policy).reasons)
 
 
 def none_in_words(ledger: Ledger) -> list[str]:
@@ -163,7 +153,7 @@ def _of_two_states(ledger: Ledger) -> str:
     if is_unexplained(ledger.rows.baseline, ledger.policy):
         return f"{UNEXPLAINED_BASELINE} {alone}"
     if not ledger.verdict:
-        why = "; ".join(decide(ledger.rows, ledger.policy).reasons)
+        why = _why_not(ledger)
         fails = " The model still fails its check." if ledger.unexplained else ""
         since = f"since the baseline was measured{why and f': {why}'}"
         return f"Nothing is claimed to be new {since}.{fails} {alone}"
