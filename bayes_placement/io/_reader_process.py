@@ -18,7 +18,8 @@ from .._shared.errors import MissingExtraError
 from ._gate import UnreadableError, seconds
 from ._npz_archive import NpzArchive
 
-SECONDS_OF_WAITING = 12.0
+SECONDS_OF_WAITING = 60.0
+"""How long a process may wait besides computing: for a disk, or for its turn on a busy machine."""
 
 _MISSING = re.compile(r"No module named '(\w+)")
 _CHILD = Path(__file__).with_name("_child.py")
@@ -70,7 +71,7 @@ def run(
                 env={**os.environ, **_NO_PLUGINS},
             )
         except subprocess.TimeoutExpired as error:
-            raise UnreadableError(f"it did not end within {allowed:.0f} s") from error
+            raise UnreadableError(f"it did not end within {allowed:.0f} s of waiting") from error
         if done.returncode == -getattr(signal, "SIGXCPU", 0):
             raise UnreadableError(f"it did not end within {cpu_allowed} s of computing")
         complaints = " ".join(done.stderr.decode("utf-8", "replace").split())

@@ -206,7 +206,7 @@ LONG_WAIT = pytest.param(12.0, "s of computing", marks=pytest.mark.longest)
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("waiting", "unit"), [(-4.0, "s"), LONG_WAIT])
+@pytest.mark.parametrize(("waiting", "unit"), [(-4.0, "s of waiting"), LONG_WAIT])
 def test_a_mesh_that_never_ends_is_given_up(tmp_path, monkeypatch, waiting, unit):
     monkeypatch.setattr(_reader_process, "SECONDS_OF_WAITING", waiting)
     for_ever = tmp_path / "for_ever.py"
