@@ -110,10 +110,7 @@ def batch(experiment: Experiment, values: Float[Array, "point number"]) -> Batch
 
 
 BATCH = 8
-"""Points evaluated together: more cost memory, fewer cost compiled calls."""
-
-OF_MANY_UNKNOWNS = 32
-"""The same where slopes are taken along a hundred unknowns of a model error."""
+"""Points evaluated together: fewer cost compiled calls, more are in vain where one is asked for."""
 
 
 class BatchedFunction:

@@ -19,7 +19,6 @@ from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
 from .batches import (
     BATCH,
-    OF_MANY_UNKNOWNS,
     BatchedFunction,
     Form,
     batch,
@@ -59,8 +58,7 @@ class ResidualsOfState:
         self._state, self._effort, self._coordinates = state, effort, mine
         self._declared = without_priors(state.experiment)
         self._batch = compiled(batch).bound(self._declared, effort=0)
-        self._size = BATCH if state.experiment.model_error is None else OF_MANY_UNKNOWNS
-        self._batched = BatchedFunction(self._of_batch, self._size)
+        self._batched = BatchedFunction(self._of_batch)
 
     @property
     def size(self) -> int:
@@ -108,16 +106,16 @@ class ResidualsOfState:
         residual = np.empty((len(points), count, self.size))
 
         def of(begin: int) -> None:
-            rows = np.minimum(np.arange(begin, begin + self._size), len(points) - 1)
+            rows = np.minimum(np.arange(begin, begin + BATCH), len(points) - 1)
             numbers = self._numbers(mine[rows])
             units = [np.asarray(numbers[leaf]) for leaf in self._law_leaves]
             for law in range(count):
                 for part, (leaf, unit) in enumerate(zip(self._law_leaves, units, strict=True)):
                     numbers[leaf] = parts[rows, law, part] * unit
                 values = np.asarray(self._residuals(numbers, False)[0])
-                residual[begin : begin + self._size, law] = values[: len(points) - begin]
+                residual[begin : begin + BATCH, law] = values[: len(points) - begin]
 
-        begins = range(0, len(points), self._size)
+        begins = range(0, len(points), BATCH)
         of(begins[0])  # alone, since two threads would both compile
         threaded_map(of, begins[1:])
         return residual
@@ -125,7 +123,7 @@ class ResidualsOfState:
     @property
     def _any_values(self) -> Float[np.ndarray, "point number"]:
         """Values of the shapes of a batch."""
-        return np.zeros((self._size, self._coordinates.count))
+        return np.zeros((BATCH, self._coordinates.count))
 
     @functools.cached_property
     def _law_leaves(self) -> list[int]:
