@@ -46,7 +46,7 @@ from ._search import (
 from ._shared_fits import SharedFits, shared_fits
 from ._so_far import Seen, nothing_seen
 from ._weighed import Weighed
-from .decide import Decision, predicts_better, stands_out
+from .decide import Decision, as_good_elsewhere, predicts_better
 from .table import Policy, TableOfFits
 
 
@@ -176,7 +176,7 @@ def _holds_by_itself(comparison: Comparison, policy: Policy) -> bool:
     weighed = Weighed(comparison.table_in_full(policy, {}), policy)
     *_, fewer, best = weighed.steps_to(weighed.best)
     rows = weighed.rows
-    return stands_out(weighed, best) and predicts_better(rows[best], rows[fewer], policy)
+    return not as_good_elsewhere(weighed, best) and predicts_better(rows[best], rows[fewer], policy)
 
 
 def _odds(comparison: Comparison) -> float:

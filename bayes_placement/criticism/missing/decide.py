@@ -184,8 +184,8 @@ def objections(weighed: Weighed, number: int, fewer: int) -> Iterator[str]:
     """
     row, before, policy = weighed.rows[number], weighed.rows[fewer], weighed.policy
     if row.states == 1:
-        if not stands_out(weighed, number):
-            yield "is not the only one that explains the data"
+        if others := as_good_elsewhere(weighed, number):
+            yield f"is not the only one that explains the data: so does {' or '.join(others)}"
         if not _explains_most(row, before, policy):
             yield "leaves more to the model error than it explains"
     elif row.errors_at_edge:
@@ -195,10 +195,10 @@ def objections(weighed: Weighed, number: int, fewer: int) -> Iterator[str]:
         yield "predicts held-out data no better" if row.held_out else "was held against no data"
 
 
-def stands_out(weighed: Weighed, number: int) -> bool:
-    """Whether no effect elsewhere explains the data as well; another law there is told beside."""
-    elsewhere = weighed.confounded_elsewhere()
-    return not any(kind in weighed.rows[number].kinds for kind, _ in elsewhere)
+def as_good_elsewhere(weighed: Weighed, number: int) -> list[str]:
+    """What acts elsewhere and explains the data as well; another law there is told beside."""
+    kinds = weighed.rows[number].kinds
+    return [other for kind, other in weighed.confounded_elsewhere() if kind in kinds]
 
 
 def predicts_better(row: Row, before: Row, policy: Policy) -> bool:

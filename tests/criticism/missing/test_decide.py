@@ -150,7 +150,7 @@ def test_beside_a_model_error_what_something_else_explains_as_well_is_not_claime
     rows = erroneous("", 0.0, 100.0), erroneous("mass", 30.0, 9.0, gain=1.0)
     decision = decided(*rows, erroneous("spring", 29.0, 9.0, gain=1.0))
     assert decision.kinds == () and decision.confounded == (("mass", "spring"),)
-    assert decision.reasons == ("mass is not the only one that explains the data",)
+    assert decision.reasons == ("mass is not the only one that explains the data: so does spring",)
 
 
 HERE, BESIDE, LONG = (
