@@ -70,8 +70,8 @@ class ParameterEstimate(NamedTuple):
 
     @classmethod
     def from_json(cls, stated: Mapping[str, Any]) -> "ParameterEstimate":
-        """Read it from a file, of earlier versions without its 95 % interval."""
-        ends = [*stated["interval_99"], *stated.get("interval_95", (None, None))]
+        """Read it from a file."""
+        ends = [*stated["interval_99"], *stated["interval_95"]]
         low, high, *inner = (np.nan if end is None else float(end) for end in ends)
         mean, deviation = float(stated["mean"]), float(stated["standard_deviation"])
         names = stated["unit"], stated["effect"], stated["word"], stated["field"]

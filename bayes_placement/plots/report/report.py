@@ -48,7 +48,7 @@ FOLDED = (SUSPICION, NEXT, UNKNOWNS, PLACES, SHAPES, SETTINGS)
 
 
 _ON_TITLE = ("author", "client", "photo")
-"""What stands below the title, none of it in files of earlier versions."""
+"""What stands below the title."""
 
 
 @with_short_repr

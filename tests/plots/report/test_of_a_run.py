@@ -234,38 +234,6 @@ def rewritten(folder, tmp_path):
     return write
 
 
-def test_a_ledger_of_an_earlier_version_tells_the_same(rewritten, chapter):
-    def strip(ledger):
-        for step in ledger["steps"]:
-            for estimate in step["parameters"].values():
-                del estimate["effect"], estimate["field"], estimate["word"]
-
-    earlier = Report.read(write_report(rewritten(strip), label="monday")).chapters[0]
-    for title in ("Steps", "The error falls", "Probability of each kind"):
-        assert item(earlier, title) == item(chapter, title)
-
-
-def test_a_ledger_without_what_later_versions_added_is_shown(rewritten, chapter):
-    def strip(ledger):
-        del ledger["probabilities"]
-        for step in ledger["steps"]:
-            for key in set(step) - {"added", "chi2_per_datum"}:
-                del step[key]
-
-    earlier = Report.read(write_report(rewritten(strip), label="monday")).chapters[0]
-    assert item(earlier, "The error falls") == item(chapter, "The error falls")
-    assert table(earlier, "Steps")["reduced chi-square"].notna().all()
-
-
-def test_needed_noise_of_an_earlier_version_is_shown(rewritten):
-    def strip(ledger):
-        for step in ledger["steps"]:
-            step["noise_needed"] = {"relative": None}
-
-    earlier = Report.read(write_report(rewritten(strip), label="monday")).chapters[0]
-    assert table(earlier, "Steps")["noise needed [%]"].isna().all()
-
-
 def test_a_ledger_that_lacks_the_misfit_is_refused_with_the_version_that_wrote_it(rewritten):
     def strip(ledger):
         ledger["record"]["versions"]["bayes_placement"] = "0.0.9"
