@@ -4,7 +4,17 @@ from .._shared.sites import unit
 from ..modes.beams.waveguide import Waveguide
 from ..modes.hinges import Hinge
 from ..modes.original_modes import original_waveguide, required_waveguide
-from .prelude import Hinged, InputError, Instruments, LogUniform, Modes, Parameter, Scales, field
+from .prelude import (
+    Hinged,
+    InputError,
+    Instruments,
+    Location,
+    LogUniform,
+    Modes,
+    Parameter,
+    Scales,
+    field,
+)
 
 _HELD = {"fixed": ("rotation", "translation"), "pinned": ("translation",), "guided": ("rotation",)}
 
@@ -60,6 +70,10 @@ class CompliantSupport(Hinged):
         at = 0.0 if self.end == "left" else waveguide.length
         order = waveguide.half_order + (waveguide.half_order == 2 and self.motion == "translation")
         return [Hinge(at, order, self.compliance)]
+
+    def location(self, modes: Modes, instruments: Instruments) -> Location:
+        """The end of the structure [m]."""
+        return modes.bounds()[self.end == "right"]
 
     def setting(self, modes: Modes, instruments: Instruments) -> str:
         """End of the structure, and the motion that it no longer holds rigidly."""

@@ -5,9 +5,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..._shared.sites import Role, Unknown
+from ...effects.compliant_support import CompliantSupport
 from ...effects.effect import AtPlace, Effect
 from ...inference.estimates import scalars
-from ..locations import ends
+from ..locations import ends, locations
 from ._hypotheses import Hypothesis
 from ._parameter_estimate import ParameterEstimate
 
@@ -101,10 +102,11 @@ def _of_unknown(
 
 def drawn_places(effect: Effect, hypothesis: Hypothesis) -> list[np.ndarray]:
     """Draws of each place of an effect [draw, coordinate]; of a part its two ends or corners."""
-    if not isinstance(effect, AtPlace):
+    if not isinstance(effect, AtPlace | CompliantSupport):
         return []
     problem = hypothesis.problem
     values = problem.coordinates.named(laplace(hypothesis))
     count = len(next(iter(values.values())))
-    places = ends(effect, problem.experiment, values, count)
+    known = effect, problem.experiment, values, count
+    places = [locations(*known)] if isinstance(effect, CompliantSupport) else ends(*known)
     return [place[:, np.isfinite(place).all(axis=0)] for place in places]

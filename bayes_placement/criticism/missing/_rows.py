@@ -57,7 +57,7 @@ def places_of(hypothesis: Hypothesis) -> Iterator[tuple[str, Box]]:
     for effect in hypothesis.effects:
         places = drawn_places(placed[effect.name], hypothesis)
         if places:
-            if len(effect.place_fields) == 1:
+            if len(effect.place_fields) < 2:
                 places = [np.mean(places, axis=0)]
             first, last = (np.percentile(places, side, axis=1) / size for side in PERCENTILES)
             corners = first.min(axis=0), last.max(axis=0)

@@ -11,6 +11,7 @@ from bayes_placement.criticism.missing._claims import _entry
 from bayes_placement.criticism.missing._estimates import estimates
 from bayes_placement.criticism.missing._fitted_candidates import extended
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
+from bayes_placement.criticism.missing._rows import places_of
 from bayes_placement.laws.canonical import canonical
 from bayes_placement.laws.typed import typed
 from tests.criticism.small import MASS, experiment, measured
@@ -60,3 +61,15 @@ def test_an_entry_says_where_and_by_which_law(null, acts_on):
     for number in entry["parameters"].values():
         (low, high), (inner, outer) = number["interval_99"], number["interval_95"]
         assert low < inner < number["mean"] < outer < high and number["unit"]
+
+
+def test_a_support_is_at_its_end(null):
+    """It has no unknown place, and what acts close to it is at the same one."""
+    support = effects.compliant_support(dist.LogUniform(1e-9, 1e-7), motion="translation")
+    (fitted,) = extended([[(null, support)]], lambda: None)
+    entry = _entry(fitted.effects[0], fitted, estimates(fitted, None), 0.5, 0.8)
+    assert entry["place_m"] == [[0.0]] and entry["place_95_m"] == [[[0.0, 0.0]]]
+    assert [*places_of(fitted)] == [("compliant_support", ((0.0,), (0.0,)))]
+    right = effects.compliant_support(1e-8, end="right", motion="translation")
+    setup = experiment()
+    assert right.location(setup.structure.modes, setup.instruments) == 1.0

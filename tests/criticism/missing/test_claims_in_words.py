@@ -2,13 +2,11 @@
 
 import json
 
-import numpy as np
 import pytest
 
 from bayes_placement.criticism.missing._claims_in_words import (
     claims_in_words,
     law_of_entry,
-    numbers_of,
     where_in_words,
 )
 from bayes_placement.criticism.missing._parameter_estimate import ParameterEstimate
@@ -96,14 +94,6 @@ def test_an_effect_of_the_library_is_told_by_its_name():
 )
 def test_places_of_struts_and_in_space_are_told(places, intervals, words):
     assert words in where_in_words(entry(place_m=places, place_95_m=intervals))
-
-
-def test_an_earlier_file_has_no_interval_of_95_percent():
-    parameters = entry()["parameters"]
-    for each in parameters.values():
-        del each["interval_95"]
-    (first, *_) = numbers_of(entry(parameters=parameters))
-    assert first.words == "3.000 ± 0.020 N s/m" and np.isnan(first.estimate.low_95)
 
 
 def test_a_factor_is_told_before_its_law():
