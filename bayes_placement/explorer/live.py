@@ -3,6 +3,7 @@
 import sys
 import traceback
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 from .._shared.compiled import of_jax
@@ -16,6 +17,7 @@ from .candidates import Position, added, placed_at
 from .last_used import LastUsed
 from .messages import Message
 from .page_frames import (
+    REPORT,
     Surroundings,
     curves_frame,
     model_frame,
@@ -101,6 +103,11 @@ class LivePage:
         self._at_hand.stop()
         self.keep()
 
+    def stop(self) -> None:
+        """End a task at hand, from any thread: those in line for that of the page may take long."""
+        self._at_hand.stop()
+        self._tell_task(None)
+
     def keep(self) -> None:
         """Keep the state in its file."""
         words = self.around.kept.write(self.session)
@@ -179,20 +186,24 @@ class LivePage:
         self._background.look_at_port(acts_on)
 
     def _on_stop(self) -> None:
-        self._at_hand.stop()
-        self._tell_task(None)
+        self.stop()
         self._tell_all()
 
     def _on_modes(self) -> None:
         self.tell("modes", **modes_for_page(self.session))
 
     def _on_save(self, what: str) -> None:
-        save = self.around.saves.get(what)
-        if save is None:
+        report, save = self.around.report, self.around.saves.get(what)
+        if what == REPORT and report is not None:
+            self._begin_at_hand(REPORT, write=report.writer(self))
+        elif save is None:
             self.tell("error", words=NOT_SAVED.format(what=what))
         else:
             self.tell("busy", words=f"The {what} is written.")
-            self.tell("saved", words=f"{what.capitalize()} written: {save(self)}")
+            self._tell_saved(what, save(self))
+
+    def _tell_saved(self, what: str, path: Path) -> None:
+        self.tell("saved", words=f"{what.capitalize()} written: {path}")
 
     # ------------------------------------------------------------ workers
 
@@ -210,10 +221,10 @@ class LivePage:
         self._tell_task((number, task))
 
     def _hear_at_hand(self, told: Told) -> None:
-        """Hear of a fit or a search, unless it was stopped meanwhile."""
-        if self._task is None or told.number != self._task[0]:
+        """Hear of a task, unless it was stopped meanwhile."""
+        number, task = self._task or (None, "")  # it may be stopped at any time
+        if told.number != number:
             return
-        _, task = self._task
         if told.word == "progress":
             self.tell("task", task=task, share=told.content)
         elif told.word == "step":
@@ -231,6 +242,9 @@ class LivePage:
         elif task == "fit":
             self.session.go(self._begun_at)  # what was done meanwhile is another branch
             self._do(Refitted(told.content))
+        elif task == REPORT:
+            assert self.around.report is not None
+            self._tell_saved(task, self.around.report.take_over(told.content))
         else:
             self._take_over(told.content)
 

@@ -230,6 +230,8 @@ class PageServer:
 
     def _take(self, message: Message) -> None:
         """Put a message in line; a page sends a move once that before is answered."""
+        if message.do == "stop":
+            self.page.stop()  # a structure may be compiled meanwhile
         self._post(lambda: self.page.handle(message))
 
 

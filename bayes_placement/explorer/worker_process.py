@@ -13,6 +13,7 @@ import jax
 
 from .._shared.errors import PackageError
 from .._shared.garbage import collect_garbage_rarely
+from .._shared.progress import Progress
 from ..criticism.kept_fits import fits_kept_in
 from ..criticism.missing.as_given import fitted_as_given
 from ..criticism.missing.from_values import fitted_from
@@ -104,6 +105,11 @@ def search(asked: AskedOfWorker, tell: Tell) -> Any:
     )
 
 
+def report(asked: AskedOfWorker, tell: Tell, write: Callable[[Progress], Any]) -> Any:
+    """What a report was written as, by what writes it."""
+    return write(lambda share: tell("progress", share))
+
+
 def next_one(
     asked: AskedOfWorker, tell: Tell, alternatives: Sequence[Alternative]
 ) -> dict[str, Any]:
@@ -120,6 +126,7 @@ TASKS: Mapping[str, Callable[..., Any]] = {
     "band": reached,
     "beside": beside,
     "next": next_one,
+    "report": report,
     "search": search,
 }
 """Tasks by their names."""
