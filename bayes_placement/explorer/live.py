@@ -54,6 +54,7 @@ class LivePage:
         self.data: Data = of_jax(session.model.experiment.data(session.measurement))
         self._response_of = LastUsed(self._compiled)
         self._sliders_of = LastUsed(sliders)
+        self._shown: dict[str, bytes] = {}
         self._curves: dict[str, bytes] = {}
         self._found: dict[str, bytes] = {}
         self._begun_at = 0
@@ -64,7 +65,7 @@ class LivePage:
 
     def greet(self) -> None:
         """Send all that a new page needs, the present curves first."""
-        self.send(model_frame(self.session, self.data, self.around))
+        self._show("model", model_frame(self.session, self.data, self.around))
         self.tell_curves(NOW, self.session.model)
         self._tell_state()
         first = self.session.states[0].model
@@ -76,6 +77,10 @@ class LivePage:
         self._tell_task(self._task)
         if not self._has_begun:
             self._begin()
+
+    def greeting(self) -> list[bytes]:
+        """Frames that show one more page what others show; none before the first. Any thread may ask."""
+        return [*self._shown.values(), *self._curves.values(), *self._found.values()]
 
     def prepare(self) -> None:
         """Compile the response, which the first page needs at once."""
@@ -329,10 +334,13 @@ class LivePage:
         )
         if name != NOW:
             self._curves[name] = frame
+        elif is_state:
+            self._shown[name] = frame
         self.send(frame)
 
     def _tell_state(self) -> None:
-        self.tell("state", **state_for_page(self.session, self._sliders()))
+        state = state_for_page(self.session, self._sliders())
+        self._show("state", packed({"is": "state", **state}, {}))
 
     def tell_found(self, word: str, content: Mapping[str, Any], arrays: Any = NOTHING) -> None:
         """Send what was found, now and to every page that comes."""
@@ -341,7 +349,13 @@ class LivePage:
 
     def _tell_task(self, task: tuple[int, str] | None) -> None:
         self._task = task
-        self.tell("task", task="" if task is None else task[1], share=0.0)
+        words = {"is": "task", "task": "" if task is None else task[1], "share": 0.0}
+        self._show("task", packed(words, {}))
+
+    def _show(self, word: str, frame: bytes) -> None:
+        """Send a frame now, and the newest of its word to every page that comes."""
+        self._shown[word] = frame
+        self.send(frame)
 
     def tell(self, word: str, **content: Any) -> None:
         """Send words and numbers without arrays."""

@@ -232,7 +232,11 @@ class PageServer:
             return
         await web.accept()
         self._sockets[web] = asyncio.Queue()
-        self._post(self.page.greet)
+        greeting = self.page.greeting()  # at once, whatever the page is at
+        for frame in greeting:
+            self._sockets[web].put_nowait(frame)
+        if not greeting:
+            self._post(self.page.greet)
         sending = asyncio.create_task(_send_all(web, self._sockets[web]))
         try:
             while True:

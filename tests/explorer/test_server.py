@@ -5,6 +5,7 @@ import gc
 import json
 import random
 import string
+import threading
 import urllib.error
 import urllib.request
 
@@ -489,6 +490,22 @@ def test_a_page_that_reads_nothing_is_left_and_comes_back(page, monkeypatch):
     talk(page, sleep)
     assert not server._sockets
     talk(page, lambda socket: heard(socket, "state"))
+
+
+def test_a_page_that_comes_back_is_shown_all_while_another_structure_is_compiled(page):
+    is_compiled = threading.Event()
+    talk(page, lambda socket: heard(socket, "state"))
+    page._server._post(is_compiled.wait)
+
+    async def play(socket):
+        for word in ("model", "curves", "state", "task"):
+            await heard(socket, word)
+
+    try:
+        talk(page, play)
+        assert not is_compiled.is_set()
+    finally:
+        is_compiled.set()
 
 
 def test_a_port_that_is_taken_is_told_in_a_sentence(page):
