@@ -79,7 +79,7 @@ class LivePage:
             self._begin()
 
     def greeting(self) -> list[bytes]:
-        """Frames that show one more page what others show; none before the first. Any thread may ask."""
+        """Frames that show one more page what others show, for any thread; none at first."""
         return [*self._shown.values(), *self._curves.values(), *self._found.values()]
 
     def prepare(self) -> None:

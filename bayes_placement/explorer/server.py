@@ -156,8 +156,8 @@ class PageServer:
         """End the server, the workers and all pages."""
         self._server.should_exit = True
         self._thread.join(5.0)
-        self._turns.submit(self.page.close).result()
-        self._turns.shutdown()
+        self._turns.shutdown(cancel_futures=True)  # nobody sees what is in line
+        self.page.close()
 
     def _config(self) -> uvicorn.Config:
         """Nothing is logged: the address is secret."""

@@ -6,6 +6,7 @@ import json
 import random
 import string
 import threading
+import time
 import urllib.error
 import urllib.request
 
@@ -506,6 +507,16 @@ def test_a_page_that_comes_back_is_shown_all_while_another_structure_is_compiled
         assert not is_compiled.is_set()
     finally:
         is_compiled.set()
+
+
+def test_a_page_is_closed_without_what_is_still_in_line(page):
+    opened = bp.explore(small.experiment(), small.measured(), browser=False)
+    begun, done = threading.Event(), []
+    opened._server._post(lambda: begun.set() or time.sleep(1.0) or done.append("begun"))
+    opened._server._post(lambda: done.append("in line"))
+    begun.wait()
+    opened.close()
+    assert done == ["begun"]
 
 
 def test_a_port_that_is_taken_is_told_in_a_sentence(page):
