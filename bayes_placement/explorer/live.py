@@ -80,7 +80,8 @@ class LivePage:
 
     def greeting(self) -> list[bytes]:
         """Frames that show one more page what others show, for any thread; none at first."""
-        return [*self._shown.values(), *self._curves.values(), *self._found.values()]
+        known = [*self._shown.values(), *self._curves.values(), *self._found.values()]
+        return known if "model" in self._shown else []
 
     def prepare(self) -> None:
         """Compile the response, which the first page needs at once."""
