@@ -62,6 +62,7 @@ class LivePage:
         self._at_hand = Worker(lambda told: post(lambda: self._hear_at_hand(told)))
         self._task: tuple[int, str] | None = None
         self._has_begun = False
+        self._others_wait = self._is_behind = False
 
     def greet(self) -> None:
         """Send all that a new page needs, the present curves first."""
@@ -92,10 +93,13 @@ class LivePage:
         self._has_begun = True
         self._background.look_at_given()
 
-    def handle(self, message: Message) -> None:
+    def handle(self, message: Message, others_wait: bool = False) -> None:
         """Do what a page asks for; what cannot be done is told in a sentence."""
+        self._others_wait = others_wait
         try:
             getattr(self, f"_on_{message.do}")(**message.content)
+            if self._is_behind and not others_wait:
+                self._tell_all()
         except PackageError as error:
             self.tell("error", words=str(error))
         except Exception as error:  # noqa: BLE001  the page goes on, and says what happened
@@ -157,15 +161,15 @@ class LivePage:
 
     def _on_undo(self) -> None:
         self.session.undo()
-        self._tell_all()
+        self._tell_returned()
 
     def _on_redo(self) -> None:
         self.session.redo()
-        self._tell_all()
+        self._tell_returned()
 
     def _on_go(self, state: int) -> None:
         self.session.go(state)
-        self._tell_all()
+        self._tell_returned()
 
     def _on_compare(self, state: int) -> None:
         if state < len(self.session.states):
@@ -292,7 +296,14 @@ class LivePage:
             raise
         self._tell_all()
 
+    def _tell_returned(self) -> None:
+        """Show the state that was returned to, unless more is asked for: it may be compiled."""
+        self._is_behind = True
+        if not self._others_wait:
+            self._tell_all()
+
     def _tell_all(self) -> None:
+        self._is_behind = False
         self.tell_curves(NOW, self.session.model)
         self._tell_state()
         self.keep()

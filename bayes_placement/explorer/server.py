@@ -119,7 +119,7 @@ class PageServer:
         self._sockets: dict[WebSocket, asyncio.Queue[bytes]] = {}
         self._cells: list[Callable[[bytes], None]] = []
         self._turns = ThreadPoolExecutor(1, thread_name_prefix="explorer")
-        self._started, self._count = Event(), 0
+        self._started, self._count, self._taken = Event(), 0, 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self._server = uvicorn.Server(self._config())
         self._thread = Thread(target=self._run, daemon=True, name="explorer-server")
@@ -253,7 +253,11 @@ class PageServer:
         """Put a message in line; a page sends a move once that before is answered."""
         if message.do == "stop":
             self.page.stop()  # a structure may be compiled meanwhile
-        self._post(lambda: self.page.handle(message))
+        self._taken += 1
+        self._post(partial(self._handle, message, self._taken))
+
+    def _handle(self, message: Message, number: int) -> None:
+        self.page.handle(message, others_wait=number < self._taken)
 
 
 async def _send_all(web: WebSocket, queue: "asyncio.Queue[bytes]") -> None:

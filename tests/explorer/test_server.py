@@ -519,6 +519,36 @@ def test_a_page_is_closed_without_what_is_still_in_line(page):
     assert done == ["begun"]
 
 
+def test_of_states_that_are_returned_to_at_once_the_last_one_alone_is_shown(page):
+    """Each may be of another structure, which is compiled."""
+    is_compiled = threading.Event()
+
+    async def play(socket):
+        ratio = {"structure.damping.ratio": 0.04}
+        await socket.send(json.dumps({"do": "go", "state": 0}))
+        await socket.send(json.dumps({"do": "set", "values": ratio}))
+        last = len(page.session.states)
+        await heard(socket, "state", current=last)
+        page._server._post(is_compiled.wait)
+        for message in ({"do": "undo"}, {"do": "redo"}, {"do": "go", "state": 0}, {"do": "modes"}):
+            await socket.send(json.dumps(message))
+        while page._server._taken < 6:
+            await asyncio.sleep(0.01)
+        is_compiled.set()
+        shown = []
+        while not shown or shown[-1]["is"] != "state":
+            header, _ = unpacked(await asyncio.wait_for(socket.recv(), 120))
+            shown.append(header)
+        assert [header["is"] for header in shown] == ["modes", "beside", "curves", "state"]
+        assert shown[-1]["current"] == 0
+
+    page._server._taken = 0
+    try:
+        talk(page, play)
+    finally:
+        is_compiled.set()
+
+
 def test_a_port_that_is_taken_is_told_in_a_sentence(page):
     port = int(page.address.split(":")[2].split("/")[0])
     with pytest.raises(InputError, match="cannot be used"):
