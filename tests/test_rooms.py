@@ -2,6 +2,7 @@
 
 import ast
 import builtins
+import functools
 import symtable
 from collections.abc import Iterator
 from pathlib import Path
@@ -19,7 +20,10 @@ COMPILING = {"jit", "filter_jit", "pmap", "filter_pmap"}
 FORBIDDEN = {"hasattr", "super", "print"}
 BUILTINS = {*dir(builtins), "__file__", "__path__"}
 
-TREES = {path: ast.parse(path.read_text()) for path in sorted(PACKAGE.rglob("*.py"))}
+
+@functools.cache
+def trees() -> dict[Path, ast.Module]:
+    return {path: ast.parse(path.read_text()) for path in sorted(PACKAGE.rglob("*.py"))}
 
 
 def name(path: Path) -> str:
@@ -33,7 +37,7 @@ def room(path: Path) -> str:
 
 def imported_rooms(path: Path) -> Iterator[str]:
     """Rooms and shared modules that a file imports, also inside its functions."""
-    for node in ast.walk(TREES[path]):
+    for node in ast.walk(trees()[path]):
         if isinstance(node, ast.ImportFrom) and node.level:
             folder = path.relative_to(PACKAGE).parts[: -node.level]
             module = [*folder, *(node.module.split(".") if node.module else [])]
@@ -49,7 +53,7 @@ def test_modules_that_are_imported_exist():
     # mypy takes a module of this package that is gone for one without types.
     offenders = [
         f"{name(path)}, line {node.lineno}: {node.module}"
-        for path, tree in TREES.items()
+        for path, tree in trees().items()
         for node in ast.walk(tree)
         if isinstance(node, ast.ImportFrom) and node.level
         if not module_exists(path.parents[node.level - 1], node.module or "")
@@ -69,7 +73,7 @@ def test_imports_go_one_way_between_rooms():
     order = ["_shared", *ROOMS]
     offenders = [
         f"{name(path)} imports {other}"
-        for path in TREES
+        for path in trees()
         if room(path) not in ("__init__", "__main__")
         for other in imported_rooms(path)
         if other != room(path)
@@ -81,7 +85,7 @@ def test_imports_go_one_way_between_rooms():
 def test_imports_of_the_package_are_relative():
     offenders = [
         f"{name(path)}, line {node.lineno}"
-        for path, tree in TREES.items()
+        for path, tree in trees().items()
         for node in ast.walk(tree)
         if (isinstance(node, ast.ImportFrom) and (node.module or "").startswith("bayes_placement"))
         or (
@@ -93,12 +97,12 @@ def test_imports_of_the_package_are_relative():
 
 
 def test_every_file_says_what_it_holds():
-    offenders = [name(path) for path, tree in TREES.items() if not ast.get_docstring(tree)]
+    offenders = [name(path) for path, tree in trees().items() if not ast.get_docstring(tree)]
     assert not offenders
 
 
 def test_files_stay_small():
-    lengths = {name(path): len(path.read_text().splitlines()) for path in TREES}
+    lengths = {name(path): len(path.read_text().splitlines()) for path in trees()}
     offenders = {file: length for file, length in lengths.items() if length > LINES}
     assert not offenders, f"split what is longer than {LINES} lines"
 
@@ -114,7 +118,7 @@ def functions(tree: ast.AST) -> Iterator[tuple[str, int]]:
 def test_functions_stay_small():
     offenders = [
         f"{name(path)}: {function} has {size} lines"
-        for path, tree in TREES.items()
+        for path, tree in trees().items()
         for function, size in functions(tree)
         if size > FUNCTION_LINES
     ]
@@ -122,14 +126,14 @@ def test_functions_stay_small():
 
 
 def test_most_functions_have_fewer_than_ten_lines():
-    sizes = sorted(size for tree in TREES.values() for _, size in functions(tree))
+    sizes = sorted(size for tree in trees().values() for _, size in functions(tree))
     assert sizes[len(sizes) // 2] < 10
 
 
 def test_nothing_hides_trouble():
     offenders = [
         f"{name(path)}, line {node.lineno}"
-        for path, tree in TREES.items()
+        for path, tree in trees().items()
         for node in ast.walk(tree)
         if (isinstance(node, ast.ExceptHandler) and node.type is None)
         or (
@@ -145,7 +149,7 @@ def test_functions_are_compiled_by_the_helper_alone():
     # Numbers are inputs there; a function that is compiled on its own is compiled at every call.
     offenders = [
         f"{name(path)}, line {node.lineno}"
-        for path, tree in TREES.items()
+        for path, tree in trees().items()
         for node in ast.walk(tree)
         if name(path) != "_shared/compiled.py"
         if (isinstance(node, ast.Attribute) and node.attr in COMPILING)
@@ -175,7 +179,7 @@ def names_in_strings(tree: ast.AST) -> Iterator[str]:
 def test_names_are_defined():
     # ruff and mypy are not asked: they take the shapes of jaxtyping, which are strings, for names.
     offenders = []
-    for path, tree in TREES.items():
+    for path, tree in trees().items():
         module = symtable.symtable(path.read_text(), str(path), "exec")
         defined = {symbol.get_name() for symbol in module.get_symbols() if symbol.is_local()}
         used = {*names_of_scopes(module), *names_in_strings(tree)}
@@ -186,7 +190,7 @@ def test_names_are_defined():
 # Names that two classes share because users write both, each with the module before it.
 def test_the_name_of_a_class_stands_for_one_class():
     places: dict[str, list[str]] = {}
-    for path, tree in TREES.items():
+    for path, tree in trees().items():
         for node in ast.walk(tree):
             if isinstance(node, ast.ClassDef):
                 places.setdefault(node.name, []).append(f"{name(path)}, line {node.lineno}")
@@ -199,7 +203,7 @@ def test_names_in_plots_say_what_they_hold():
     participles = {"found", "told", "given", "held", "kept"}
     offenders = [
         f"{name(path)}, line {node.lineno}: {word}"
-        for path, tree in TREES.items()
+        for path, tree in trees().items()
         if room(path) == "plots"
         for node in ast.walk(tree)
         for word in [getattr(node, "id", getattr(node, "arg", None))]

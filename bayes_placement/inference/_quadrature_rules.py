@@ -1,5 +1,6 @@
 """Nodes and weights that integrate over distributions; one over finitely many values is summed."""
 
+import functools
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -17,6 +18,9 @@ Interval = tuple[float, float]
 """Part of a distribution, by its cumulative probabilities."""
 
 ALL: Interval = (0.0, 1.0)
+
+legendre = functools.cache(np.polynomial.legendre.leggauss)
+"""Hundreds of nodes are the eigenvalues of a matrix, which take longer than what uses them."""
 
 
 class ProductRule(NamedTuple):
@@ -65,7 +69,7 @@ def rule(
     if is_finite(distribution):
         values = distribution.enumerate_support(expand=False)
         return values, compiled(_probabilities)(distribution, values)
-    node, weight = np.polynomial.legendre.leggauss(nodes)
+    node, weight = legendre(nodes)
     try:
         share = (interval[1] - interval[0]) / 2
         probability = interval[0] + share * (node + 1)

@@ -16,7 +16,7 @@ from bayes_placement.experiment.frf import receptance
 from bayes_placement.modes.points import Points
 from tests.criticism.reach import cantilever
 from tests.simulator import fine_beams
-from tests.simulator.fine_beams import BENDING, HEAVY, LENGTH, PER_LENGTH, STIFF, row, spread
+from tests.simulator.fine_beams import BENDING, HEAVY, LENGTH, PER_LENGTH, STIFF, outer, row, spread
 
 BEAM = {
     "length": LENGTH,
@@ -32,10 +32,6 @@ START, END = 0.2, 0.44
 MIDDLE, EXTENT = (START + END) / 2, END - START
 
 slope = functools.partial(row, AT, slope=True)
-
-
-def outer(weights):
-    return np.outer(weights, weights)
 
 
 def structure(*additions, ends="fixed-free", modes=60):

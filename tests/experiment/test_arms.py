@@ -8,7 +8,7 @@ import pytest
 import bayes_placement as bp
 from bayes_placement._shared.errors import InputError
 from tests.simulator import fine_beams
-from tests.simulator.fine_beams import row
+from tests.simulator.fine_beams import outer, row
 
 BEAM = {
     "length": fine_beams.LENGTH,
@@ -56,7 +56,7 @@ def test_a_force_beside_its_place_brings_a_moment(arm):
 def test_a_moment_also_turns_what_is_attached():
     inertia = bp.effects.rotary_inertia(0.28, 2e-4)
     turned = row(0.28, slope=True)
-    expected = mesh([(0.18, 0.0), (AT, ARM)], lambda w: -(w**2) * 2e-4 * np.outer(turned, turned))
+    expected = mesh([(0.18, 0.0), (AT, ARM)], lambda w: -(w**2) * 2e-4 * outer(turned))
     ours = frf([(0.18, 0.0)], [(AT, ARM)], inertia)
     np.testing.assert_allclose(ours[0, 0], expected[0, 1], rtol=1e-6)
 
@@ -70,7 +70,7 @@ def test_what_a_moment_moves_turns_under_a_force():
 @pytest.mark.parametrize("mounted", ["roving", "fixed"])
 def test_a_mass_of_the_sensor_is_at_its_foot(mounted):
     foot = row(AT)
-    expected = mesh([(AT, ARM), (0.18, 0.0)], lambda w: -(w**2) * MASS * np.outer(foot, foot))
+    expected = mesh([(AT, ARM), (0.18, 0.0)], lambda w: -(w**2) * MASS * outer(foot))
     load = bp.effects.sensor_mass(MASS)
     ours = frf([(AT, ARM)], [(0.18, 0.0)], load, sensors_mounted=mounted)
     np.testing.assert_allclose(ours[0, 0], expected[0, 1], rtol=1e-6)
@@ -81,7 +81,7 @@ def test_each_of_several_exciters_is_mounted_at_its_own_foot():
     ours = frf([(0.57, 0.0)], actuators, load)
     for column, (at, arm) in enumerate(actuators):
         foot = row(at)
-        expected = mesh([(0.57, 0.0), (at, arm)], lambda w, f=foot: -(w**2) * MASS * np.outer(f, f))
+        expected = mesh([(0.57, 0.0), (at, arm)], lambda w, f=foot: -(w**2) * MASS * outer(f))
         np.testing.assert_allclose(ours[0, column], expected[0, 1], rtol=1e-6)
 
 

@@ -1,4 +1,4 @@
-"""A fine mesh of cubic elements with any complex matrix added, or cut open at a node.
+"""A fine mesh of cubic elements with any sparse matrix added, or cut open at a node.
 
 Independent of bayes_placement.
 """
@@ -6,6 +6,8 @@ Independent of bayes_placement.
 import functools
 
 import numpy as np
+import scipy.sparse
+import scipy.sparse.linalg
 
 LENGTH, AREA, MOMENT, STIFFNESS, DENSITY = 0.6, 3e-4, 2.5e-9, 7e10, 2700.0
 BENDING, PER_LENGTH = STIFFNESS * MOMENT, DENSITY * AREA
@@ -43,13 +45,17 @@ def beside(place, arm=0.0):
     return row(place) + arm * row(place, slope=True)
 
 
+def outer(weights):
+    """Matrix of a law between the freedoms that it acts on."""
+    return scipy.sparse.csc_array(np.outer(weights, weights))
+
+
 def spread(element, start, end):
     """A matrix of each element, summed over those of a segment."""
-    total = np.zeros((ROWS, ROWS), dtype=np.asarray(element).dtype)
-    for number in range(node(start), node(end)):
-        window = slice(2 * number, 2 * number + 4)
-        total[window, window] += element
-    return total
+    window = 2 * np.arange(node(start), node(end))[:, None] + np.arange(4)
+    rows, columns = np.repeat(window, 4, axis=1).ravel(), np.tile(window, 4).ravel()
+    values = np.tile(np.ravel(element), len(window))
+    return scipy.sparse.csc_array((values, (rows, columns)), (ROWS, ROWS))
 
 
 @functools.cache
@@ -66,25 +72,28 @@ def receptance(places, omega, added, ends="fixed-free"):
 def cut_open(places, omega, at, law, freedom, ends="fixed-free"):
     """Receptance once the deflection (0) or slope (1) may jump at a node, held by a law."""
     gone, copy = 2 * node(at) + freedom, ROWS
-    stiffness, mass = (np.pad(matrix, (0, 1)) for matrix in matrices())
+    stiffness, mass = (np.pad(matrix.toarray(), (0, 1)) for matrix in matrices())
     window = [copy if i == gone else i for i in range(2 * node(at), 2 * node(at) + 4)]
     straight = list(range(2 * node(at), 2 * node(at) + 4))
     for matrix, element in ((stiffness, BENDING * STIFF), (mass, PER_LENGTH * HEAVY)):
         matrix[np.ix_(straight, straight)] -= element
         matrix[np.ix_(window, window)] += element
-    jump = np.eye(1, ROWS + 1, gone)[0] - np.eye(1, ROWS + 1, copy)[0]
-    opened = np.outer(jump, jump)
+    stiffness, mass = map(scipy.sparse.csc_array, (stiffness, mass))
+    opened = outer(np.eye(1, ROWS + 1, gone)[0] - np.eye(1, ROWS + 1, copy)[0])
     return _between(places, omega, lambda w: stiffness - w**2 * mass + law(w) * opened, ends)
 
 
 def _between(places, omega, dynamic_stiffness, ends):
-    size = len(dynamic_stiffness(omega[0]))
+    size = dynamic_stiffness(omega[0]).shape[0]
     left, right = ends.split("-")
     held = [*FIXED[left], *(ROWS - 2 + freedom for freedom in FIXED[right])]
     free = np.setdiff1d(np.arange(size), held)
     read = np.zeros((size, len(places)))
     read[:ROWS] = np.array([beside(*np.atleast_1d(place)) for place in places]).T
-    solutions = [
-        np.linalg.solve(dynamic_stiffness(w)[np.ix_(free, free)], read[free]) for w in omega
-    ]
+    solutions = [_solved(dynamic_stiffness(w)[free][:, free], read[free]) for w in omega]
     return np.moveaxis(np.array([read[free].T @ solution for solution in solutions]), 0, -1)
+
+
+def _solved(matrix, right):
+    """Solution of a sparse system, each right side a column."""
+    return scipy.sparse.linalg.spsolve(matrix, right).reshape(right.shape)

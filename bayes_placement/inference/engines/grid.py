@@ -13,6 +13,7 @@ from ..._shared.arguments import check_count
 from ..._shared.dimensions import Key
 from ..._shared.errors import InfeasibleError
 from ..._shared.progress import Progress
+from .._quadrature_rules import legendre
 from ..estimates import LEAST_NODES, effective_size
 from .engine import Engine, EngineDraws, PosteriorDensity, log_likelihoods_in_batches
 from .importance import weighted
@@ -93,7 +94,7 @@ class Grid(Engine):
         along = _marginal_weight(cube, axis)
         carrying = np.flatnonzero(along > along.max() + NEGLIGIBLE)
         first, last = max(carrying[0] - 1, -1), min(carrying[-1] + 1, self.nodes)
-        node = (np.polynomial.legendre.leggauss(self.nodes)[0] + 1) / 2
+        node = (legendre(self.nodes)[0] + 1) / 2
         edges = np.concatenate([node, [1.0, 0.0]])  # the places -1 and n stand for the ends
         low, high = part
         return tuple(low + (high - low) * edges[[first, last]])  # type: ignore[return-value]

@@ -51,16 +51,14 @@ def measured(law=None, slope=False, seed=0, others=(), driven=(DRIVEN,), factor=
     """
     omega = 2 * np.pi * LINES
     stiffness, _ = fine_beams.matrices()
-    port = fine_beams.row(AT, slope=slope)
+    terms = [(other, fine_beams.outer(fine_beams.row(place))) for place, other in others]
+    if law is not None:
+        terms.append((law, fine_beams.outer(fine_beams.row(AT, slope=slope))))
+    if spread is not None:
+        terms.append(spread)
 
     def added(w):
-        hidden = 0.0 if law is None else law(w) * np.outer(port, port)
-        for place, other in others:
-            row = fine_beams.row(place)
-            hidden = hidden + other(w) * np.outer(row, row)
-        if spread is not None:
-            hidden = hidden + spread[0](w) * spread[1]
-        return 1j * LOSS * stiffness + hidden
+        return sum((term(w) * matrix for term, matrix in terms), 1j * LOSS * stiffness)
 
     places = [true for _, true in [*SENSORS.values(), *driven]]
     rows, columns = slice(len(SENSORS)), slice(len(SENSORS), None)

@@ -24,6 +24,12 @@ def of_amplitudes():
 
 
 @functools.cache
+def plain():
+    setup = of_amplitudes()
+    return null_hypothesis(setup, setup.data(measured(maxwell))).problem
+
+
+@functools.cache
 def reached():
     return bp.reach(of_amplitudes(), measured(maxwell))
 
@@ -67,8 +73,7 @@ def test_curves_are_drawn_without_channels():
 @pytest.mark.parametrize("is_held", [True, False])
 @pytest.mark.parametrize("kind", ["displacement", "relative", "cut"])
 def test_slopes_of_laws_of_amplitudes(kind, is_held):
-    setup = of_amplitudes()
-    base = null_hypothesis(setup, setup.data(measured(maxwell))).problem
+    base = plain()
     port = next(port for port in ports_of(base.experiment) if port.acts_on == kind)
     problem = base.with_effect(port.effect)
     free = FreeLaw(problem, place_columns(port, problem) if is_held else [])

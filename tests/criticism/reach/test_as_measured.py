@@ -70,9 +70,9 @@ def mobility(kind, law, true):
             true["places"], OMEGA / stretched, true["at"], lambda w: law(w) / (1 + elastic), 1
         ) / (1 + elastic)
     else:
-        port = fine_beams.row(true["at"], slope=kind == "rotation")
+        port = fine_beams.outer(fine_beams.row(true["at"], slope=kind == "rotation"))
         receptance = fine_beams.receptance(
-            true["places"], OMEGA, lambda w: elastic * stiffness + law(w) * np.outer(port, port)
+            true["places"], OMEGA, lambda w: elastic * stiffness + law(w) * port
         )
     return 1j * OMEGA * receptance[:-1, -1:]
 

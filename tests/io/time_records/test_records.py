@@ -6,7 +6,8 @@ import pytest
 import bayes_placement as bp
 from tests.io.time_records.oscillator import RATE, hit
 
-HITS = [hit(0.5, force=force) for force in (80.0, 100.0, 120.0)]
+ONE = np.array(hit(0.5, force=1.0))
+HITS = [force * ONE for force in (80.0, 100.0, 120.0)]
 NOISE = 0.01 * np.random.default_rng(0).standard_normal((3, 3, HITS[0][0].size))
 FORCE = np.array([force for force, _ in HITS]) + NOISE[0]
 RESPONSE = np.array([[scale * motion for _, motion in HITS] for scale in (1, -2)]) + NOISE[1:]
