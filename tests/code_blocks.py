@@ -44,17 +44,19 @@ def blocks(text):
 
 
 RUN = r"""
-import pathlib, sys
+import gc, pathlib, sys
 
+gc.set_threshold(100_000, 50, 50)
 for section in " ".join(sys.argv[1:]).split("/"):
     namespace = {"__name__": "__main__"}
     for name in section.split():
         exec(compile(pathlib.Path(name).read_text(), name, "exec"), namespace)
     print("\f", end="")
+gc.freeze()
 """
 """Blocks run one after another, as in a notebook; the processes that they start do not run them.
 
-Sections share a process, which imports once, but no name.
+Sections share a process, which imports once, but no name. It seldom looks for garbage, as pytest.
 """
 
 FOR_TESTS = ("JAX_DISABLE_MOST_OPTIMIZATIONS", "XLA_FLAGS")

@@ -25,13 +25,13 @@ def executed(paths, folder):
     """Run notebooks as if they had been started in this folder.
 
     They share a kernel, which imports and compiles once; names are deleted after each, so that none
-    can use those of an earlier notebook.
+    can use those of an earlier notebook: `%reset` would look for garbage twice as well.
     """
     notebooks = {path.stem: read(path) for path in paths}
     cells = [
         cell
         for notebook in notebooks.values()
-        for cell in [*notebook.cells, nbformat.v4.new_code_cell("%reset -f")]
+        for cell in [*notebook.cells, nbformat.v4.new_code_cell("%reset_selective -f .")]
     ]
     for number, cell in enumerate(cells):
         cell.id = f"cell-{number}"  # they are unique in each notebook only
