@@ -129,20 +129,14 @@ def write_json(path: str | Path, content: object) -> Path:
     )
 
 
-def write_csv(path: str | Path | None, table: "pd.DataFrame", **settings: Any) -> str:
-    """Write a table as CSV in which no text is a formula for spreadsheets; return the text.
-
-    A text that begins as a formula does and is no number begins with an apostrophe. Settings are
-    those of `DataFrame.to_csv`; without a path nothing is written.
-    """
-    safe = table.map(_no_formula).rename(index=_no_formula, columns=_no_formula)
-    text: str = safe.to_csv(**settings)
-    if path is not None:
-        Path(path).write_text(text, encoding="utf-8", newline="")
-    return text
+def write_csv(path: str | Path, table: "pd.DataFrame", *, index: bool) -> None:
+    """Write a table as CSV in which no text is a formula for spreadsheets, see `no_formula`."""
+    safe = table.map(no_formula).rename(index=no_formula, columns=no_formula)
+    Path(path).write_text(safe.to_csv(index=index), encoding="utf-8", newline="")
 
 
-def _no_formula(cell: object) -> Any:
+def no_formula(cell: object) -> Any:
+    """Return a cell of a table; what begins as a formula and is no number begins with a '."""
     if not isinstance(cell, str) or not cell.startswith(("=", "+", "-", "@")):
         return cell
     try:

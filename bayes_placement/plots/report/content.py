@@ -1,5 +1,7 @@
 """What stands in a report: texts, tables, figures, what moves, as JSON and back."""
 
+import csv
+import io
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -9,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from ..._shared.errors import InputError
-from ..._shared.files import write_csv
+from ..._shared.files import no_formula
 from ...inference.summary import INTERVAL
 from ...inference.units import decimals
 from ._svg import checked_svg
@@ -52,9 +54,10 @@ class Table(NamedTuple):
 
     def csv(self) -> str:
         """Comma-separated values with a heading."""
-        frame = pd.DataFrame([list(row) for row in self.rows], columns=list(self.columns))
-        digits = f"%.{DIGITS}g"
-        return write_csv(None, frame, index=False, float_format=digits, lineterminator="\n")
+        text = io.StringIO()
+        rows = ([_written(cell) for cell in row] for row in (self.columns, *self.rows))
+        csv.writer(text, lineterminator="\n").writerows(rows)
+        return text.getvalue()
 
 
 class Text(NamedTuple):
@@ -268,6 +271,11 @@ def _cell(value: Any) -> Cell:
     if isinstance(value, float | np.floating):
         return float(value) if np.isfinite(value) else None
     return None if value is None else str(value)
+
+
+def _written(cell: Cell) -> Cell:
+    """Return a cell as it stands in comma-separated values; nothing for what is not known."""
+    return f"{cell:.{DIGITS}g}" if isinstance(cell, float) else no_formula(cell)
 
 
 def rounded(value: float, spread: float) -> float:
