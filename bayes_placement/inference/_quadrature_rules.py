@@ -20,7 +20,7 @@ Interval = tuple[float, float]
 ALL: Interval = (0.0, 1.0)
 
 legendre = functools.cache(np.polynomial.legendre.leggauss)
-"""Hundreds of nodes are the eigenvalues of a matrix, which take longer than what uses them."""
+"""Nodes are the eigenvalues of a matrix: these are found once for each number of nodes."""
 
 
 class ProductRule(NamedTuple):
