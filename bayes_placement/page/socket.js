@@ -35,7 +35,11 @@ function overSocket(link) {
     link.lost();
     setTimeout(() => link.open(), AGAIN);
   };
-  return (text) => web.readyState === WebSocket.OPEN && web.send(text);
+  return (text) => {
+    const isOpen = web.readyState === WebSocket.OPEN;
+    if (isOpen) web.send(text);
+    return isOpen;
+  };
 }
 
 /** Messages to the document that holds this one, a cell of a notebook. */
@@ -45,13 +49,17 @@ function throughHolder(link) {
   });
   const send = (text) => parent.postMessage(text, "*");
   send("ready");
-  return send;
+  return (text) => {
+    send(text);
+    return true;
+  };
 }
 
 class Link {
   constructor(hear, stands, connect) {
     Object.assign(this, { hear, stands, connect });
-    this.pending = null; // the newest preview, while one is on its way
+    this.pending = null; // the newest preview, while one is on its way or nobody answers
+    this.asked = null; // the one on its way
     this.serial = 0;
     this.onItsWay = 0;
     this.open();
@@ -61,22 +69,23 @@ class Link {
     this.carry = this.connect(this);
   }
 
+  /** A preview that was not answered is asked for again of the program that answers next. */
   lost() {
     this.stands(false);
+    if (this.onItsWay) this.pending ??= this.asked;
     this.onItsWay = 0;
   }
 
   take(header) {
     this.hear(header);
-    if (header.is === "error" || header.serial >= this.onItsWay) {
-      this.onItsWay = 0;
-      if (this.pending) this.preview(this.pending);
-    }
+    if (header.is === "error" || header.serial >= this.onItsWay) this.onItsWay = 0;
+    if (this.pending && !this.onItsWay) this.preview(this.pending);
   }
 
+  /** Send a message, after which no earlier preview counts; whether it went on its way. */
   send(message) {
-    this.pending = null;
-    this.carry(JSON.stringify(message));
+    this.pending = this.asked = null;
+    return this.carry(JSON.stringify(message));
   }
 
   /** Send a preview, or keep it until the one before is answered: only the newest counts. */
@@ -86,8 +95,9 @@ class Link {
       return;
     }
     this.serial += 1;
-    this.onItsWay = this.serial;
-    this.send({ ...message, serial: this.serial });
+    const isSent = this.send({ ...message, serial: this.serial });
+    if (isSent) [this.asked, this.onItsWay] = [message, this.serial];
+    else this.pending = message;
   }
 }
 

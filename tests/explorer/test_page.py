@@ -68,6 +68,43 @@ def test_a_slider_that_is_dragged_and_brought_back_is_let_go(explorer, page):
     until(page, lambda: ratio.input_value() == "125")  # it follows
 
 
+SOCKETS = """
+const Before = WebSocket;
+window.sockets = [];
+window.WebSocket = class extends Before {
+  constructor(address) { super(address); sockets.push(this); }
+};
+"""
+
+
+@pytest.mark.parametrize("is_open", [True, False])
+def test_a_slider_that_is_moved_while_nobody_answers_is_followed_once_one_does(
+    explorer,
+    browser,  # noqa: F811
+    is_open,
+):
+    """Its socket is lost before it moves, or with the move on its way."""
+    page = browser.new_page()
+    page.add_init_script(SOCKETS)
+    page.goto(explorer.address)
+    page.locator("#parameters input[type=range]").first.wait_for()
+    page.trouble = []
+    ratio = page.get_by_role("slider", name="ratio")
+    page.mouse.move(*at(page, ratio, int(ratio.input_value()) / 1000))
+    page.mouse.down()
+    if is_open:  # the program takes the move and its answer is lost
+        page.evaluate("sockets[0].onmessage = null")
+        page.mouse.move(*at(page, ratio, 0.9))
+        page.evaluate("sockets[0].close()")
+    else:
+        page.evaluate("sockets[0].close()")
+        page.mouse.move(*at(page, ratio, 0.9))
+    until(page, lambda: page.evaluate("sockets.length") == 2)
+    until(page, lambda: page.locator("#preview").inner_text() == "preview, not a verdict")
+    page.mouse.up()
+    until(page, lambda: explorer.session.model.values[RATIO] > 0.05)
+
+
 @pytest.mark.parametrize("text", ["", "  ", "abc", "1e999"])
 def test_what_is_no_number_changes_nothing(explorer, page, text):
     field = page.get_by_role("textbox", name="ratio in %")

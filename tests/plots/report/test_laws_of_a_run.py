@@ -91,8 +91,8 @@ def test_the_page_shows_reach_and_law_in_letters_that_can_be_read(tmp_path):
     inspect.unwrap(draw_where)(result, types.SimpleNamespace(experiment=setup), run)
     assert set(kept) == {"reach.png", "law.png"}
     claimed = entry(equivalent=[STRUT])
-    step = {"added": None, "chi2_per_datum": 1.0}
-    ledger = {"effects": [claimed], "steps": [step], "verdict": []}
+    step = {"added": None, "chi2_per_datum": 1.0, "noise_needed": None, "parameters": {}}
+    ledger = {"effects": [claimed], "steps": [step], "verdict": [], "probabilities": {}}
     (tmp_path / "ledger.json").write_text(json.dumps(ledger))
     page = write_report(tmp_path)
     check_page(page)
