@@ -106,6 +106,10 @@ def test_a_mass_is_dropped_dragged_and_fitted_by_mouse_and_the_script_says_the_s
         page.mouse.click(across(0.5), height)
         page.locator("fieldset.effect").wait_for()
         is_shown(page, "#steps li.current", "point_mass")
+        # What is told meanwhile moves the structure on the screen: a person looks where it is.
+        page.locator("#structure").scroll_into_view_if_needed()
+        box = page.locator("#structure").bounding_box()
+        height = box["y"] + 0.6 * box["height"]
         page.mouse.move(across(0.5), height)
         page.mouse.down()
         for step in range(10):
