@@ -244,6 +244,12 @@ _jitted = functools.lru_cache(maxsize=MOST_PROGRAMS)(_program)
 """Where programs stay unless they have a store of their own."""
 
 
+def forget_programs() -> None:
+    """Forget all compiled functions; those that are called again are compiled anew."""
+    _jitted.cache_clear()
+    jax.clear_caches()
+
+
 def _is_inside_another() -> bool:
     """Whether another function is being compiled: its options hold for all that it calls."""
     global _outside

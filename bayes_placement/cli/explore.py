@@ -3,22 +3,31 @@
 import itertools
 import webbrowser
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .._shared.errors import InputError
+from .._shared.progress import Progress
+from ..experiment.experiment import Measurements
 from ..experiment.model_error import Embedded
 from ..explorer.opened import Given, opened
+from ..explorer.page_frames import LongSave
 from ..inference.engines import MAP
 from ..io._gate import files_read
+from ..io.model import Study
 from ._inputs import Inputs, print_data_faults, read_both
 from ._lines import choose_lines
 from ._missing_effects import Request
 from ._posterior import infer_posterior, named_method
+from ._run import Run
 from ._save import CompletedModel
+from ._terminal import Screen
 
 if TYPE_CHECKING:
+    from ..criticism.missing.ledger import Ledger
+    from ..explorer.actions import ValuedModel
     from ..explorer.live import LivePage
 
 
@@ -29,7 +38,8 @@ def run(request: Request, port: int, browser: bool) -> int:
     """Open the page, and serve it until Ctrl-C."""
     inputs, head = _read(request)
     screen, run = inputs.screen, inputs.run
-    given = Given(request.path.stem, head, run.shared, run.fits, port, _saves(request, inputs))
+    kept, saves = (run.shared, run.fits), _saves(request)
+    given = Given(request.path.stem, head, *kept, port, saves, PageReport(inputs))
     baseline = request.earlier(inputs.study)
     explorer = opened(inputs.experiment, inputs.measurement, baseline, given)
     screen.verdict(f"The page is at {explorer.address}")
@@ -92,39 +102,74 @@ def _head(request: Request, *, is_thinned: bool) -> str:
     return "\n".join(lines)
 
 
-def _saves(request: Request, inputs: Inputs) -> Mapping[str, Save]:
+def _saves(request: Request) -> Mapping[str, Save]:
     """Files that the page can be saved as; a case where its data and model are those of a case."""
     is_case = request.path.is_dir() and request.data is None and not request.model_error
     case = {"case": partial(explored_model, request, "")} if is_case else {}
     model = partial(explored_model, request, ".py")
-    return {"model": model, **case, "report": partial(_report, inputs)}
+    return {"model": model, **case}
 
 
-def _report(inputs: Inputs, page: "LivePage") -> Path:
-    """Write the report of the last search, or of a check of the model at hand."""
+@dataclass(frozen=True)
+class PageReport(LongSave):
+    """The report of the last search, or of a check of the model at hand."""
+
+    inputs: Inputs
+
+    def writer(self, page: "LivePage") -> Callable[[Progress], Any]:
+        """Return what the worker calls; a screen stays in its process."""
+        _, run, study, measurement, faults = self.inputs
+        if page.ledger is not None:
+            return partial(_searched, run, study, measurement, faults, page.ledger)
+        return partial(_checked, run, study, measurement, page.session.model)
+
+    def take_over(self, written: tuple[Path, Mapping[str, Any]]) -> Path:
+        """Note the files that were written in the run."""
+        path, record = written
+        self.inputs.run.record.update(record)
+        return path
+
+
+def _searched(
+    run: Run,
+    study: Study,
+    measurement: Measurements,
+    faults: list[str],
+    ledger: "Ledger",
+    progress: Progress,
+) -> tuple[Path, Mapping[str, Any]]:
+    """Write what a search found."""
+    from . import improve as improve_command
+
+    screen = Screen.of(quiet=True, as_json=False)
+    improve_command.write(ledger, Inputs(screen, run, study, measurement, faults), run)
+    run.verdict(ledger.words()[0])
+    return _written(run)
+
+
+def _checked(
+    run: Run, study: Study, measurement: Measurements, model: "ValuedModel", progress: Progress
+) -> tuple[Path, Mapping[str, Any]]:
+    """Write a check of a model with values of its unknowns."""
     # What draws figures takes a second to import, and the page is to stand at once.
     from ..criticism.check.check import check
-    from ..plots.report import write_report
     from . import check as check_command
-    from . import improve as improve_command
     from ._findings import FINDINGS, of_check
 
-    run = inputs.run
-    if page.ledger is not None:
-        improve_command.write(page.ledger, inputs, run)
-        run.verdict(page.ledger.words()[0])
-    else:
-        model = page.session.model
-        method = named_method(inputs.study, "map", "latent")
-        method = method._replace(engine=MAP(begin=model.values))
-        posterior = infer_posterior(
-            model.experiment, inputs.measurement, method, 0, lambda share: None
-        )
-        misfit = check(posterior)
-        check_command.write(misfit, misfit.words(), run)
-        run.tree(FINDINGS, of_check(posterior, misfit, model.experiment, inputs.measurement))
-        run.verdict(misfit.verdict())
-    return write_report(run.top)
+    method = named_method(study, "map", "latent")
+    method = method._replace(engine=MAP(begin=model.values))
+    posterior = infer_posterior(model.experiment, measurement, method, 0, progress)
+    misfit = check(posterior)
+    check_command.write(misfit, misfit.words(), run)
+    run.tree(FINDINGS, of_check(posterior, misfit, model.experiment, measurement))
+    run.verdict(misfit.verdict())
+    return _written(run)
+
+
+def _written(run: Run) -> tuple[Path, Mapping[str, Any]]:
+    from ..plots.report import write_report
+
+    return write_report(run.top), run.record
 
 
 def explored_model(request: Request, suffix: str, page: "LivePage") -> Path:

@@ -3,6 +3,7 @@
 import sys
 import traceback
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 from .._shared.compiled import of_jax
@@ -16,6 +17,7 @@ from .candidates import Position, added, placed_at
 from .last_used import LastUsed
 from .messages import Message
 from .page_frames import (
+    REPORT,
     Surroundings,
     curves_frame,
     model_frame,
@@ -52,6 +54,7 @@ class LivePage:
         self.data: Data = of_jax(session.model.experiment.data(session.measurement))
         self._response_of = LastUsed(self._compiled)
         self._sliders_of = LastUsed(sliders)
+        self._shown: dict[str, bytes] = {}
         self._curves: dict[str, bytes] = {}
         self._found: dict[str, bytes] = {}
         self._begun_at = 0
@@ -59,10 +62,11 @@ class LivePage:
         self._at_hand = Worker(lambda told: post(lambda: self._hear_at_hand(told)))
         self._task: tuple[int, str] | None = None
         self._has_begun = False
+        self._others_wait = self._is_behind = False
 
     def greet(self) -> None:
         """Send all that a new page needs, the present curves first."""
-        self.send(model_frame(self.session, self.data, self.around))
+        self._show("model", model_frame(self.session, self.data, self.around))
         self.tell_curves(NOW, self.session.model)
         self._tell_state()
         first = self.session.states[0].model
@@ -75,6 +79,11 @@ class LivePage:
         if not self._has_begun:
             self._begin()
 
+    def greeting(self) -> list[bytes]:
+        """Frames that show one more page what others show, for any thread; none at first."""
+        known = [*self._shown.values(), *self._curves.values(), *self._found.values()]
+        return known if "model" in self._shown else []
+
     def prepare(self) -> None:
         """Compile the response, which the first page needs at once."""
         self.response(self.session.model)
@@ -84,10 +93,13 @@ class LivePage:
         self._has_begun = True
         self._background.look_at_given()
 
-    def handle(self, message: Message) -> None:
+    def handle(self, message: Message, others_wait: bool = False) -> None:
         """Do what a page asks for; what cannot be done is told in a sentence."""
+        self._others_wait = others_wait
         try:
             getattr(self, f"_on_{message.do}")(**message.content)
+            if self._is_behind and not others_wait:
+                self._tell_all()
         except PackageError as error:
             self.tell("error", words=str(error))
         except Exception as error:  # noqa: BLE001  the page goes on, and says what happened
@@ -100,6 +112,11 @@ class LivePage:
         self._background.stop()
         self._at_hand.stop()
         self.keep()
+
+    def stop(self) -> None:
+        """End a task at hand, from any thread: those in line for that of the page may take long."""
+        self._at_hand.stop()
+        self._tell_task(None)
 
     def keep(self) -> None:
         """Keep the state in its file."""
@@ -144,15 +161,15 @@ class LivePage:
 
     def _on_undo(self) -> None:
         self.session.undo()
-        self._tell_all()
+        self._tell_returned()
 
     def _on_redo(self) -> None:
         self.session.redo()
-        self._tell_all()
+        self._tell_returned()
 
     def _on_go(self, state: int) -> None:
         self.session.go(state)
-        self._tell_all()
+        self._tell_returned()
 
     def _on_compare(self, state: int) -> None:
         if state < len(self.session.states):
@@ -179,20 +196,24 @@ class LivePage:
         self._background.look_at_port(acts_on)
 
     def _on_stop(self) -> None:
-        self._at_hand.stop()
-        self._tell_task(None)
+        self.stop()
         self._tell_all()
 
     def _on_modes(self) -> None:
         self.tell("modes", **modes_for_page(self.session))
 
     def _on_save(self, what: str) -> None:
-        save = self.around.saves.get(what)
-        if save is None:
+        report, save = self.around.report, self.around.saves.get(what)
+        if what == REPORT and report is not None:
+            self._begin_at_hand(REPORT, write=report.writer(self))
+        elif save is None:
             self.tell("error", words=NOT_SAVED.format(what=what))
         else:
             self.tell("busy", words=f"The {what} is written.")
-            self.tell("saved", words=f"{what.capitalize()} written: {save(self)}")
+            self._tell_saved(what, save(self))
+
+    def _tell_saved(self, what: str, path: Path) -> None:
+        self.tell("saved", words=f"{what.capitalize()} written: {path}")
 
     # ------------------------------------------------------------ workers
 
@@ -210,10 +231,10 @@ class LivePage:
         self._tell_task((number, task))
 
     def _hear_at_hand(self, told: Told) -> None:
-        """Hear of a fit or a search, unless it was stopped meanwhile."""
-        if self._task is None or told.number != self._task[0]:
+        """Hear of a task, unless it was stopped meanwhile."""
+        number, task = self._task or (None, "")  # it may be stopped at any time
+        if told.number != number:
             return
-        _, task = self._task
         if told.word == "progress":
             self.tell("task", task=task, share=told.content)
         elif told.word == "step":
@@ -231,6 +252,9 @@ class LivePage:
         elif task == "fit":
             self.session.go(self._begun_at)  # what was done meanwhile is another branch
             self._do(Refitted(told.content))
+        elif task == REPORT:
+            assert self.around.report is not None
+            self._tell_saved(task, self.around.report.take_over(told.content))
         else:
             self._take_over(told.content)
 
@@ -272,7 +296,14 @@ class LivePage:
             raise
         self._tell_all()
 
+    def _tell_returned(self) -> None:
+        """Show the state that was returned to, unless more is asked for: it may be compiled."""
+        self._is_behind = True
+        if not self._others_wait:
+            self._tell_all()
+
     def _tell_all(self) -> None:
+        self._is_behind = False
         self.tell_curves(NOW, self.session.model)
         self._tell_state()
         self.keep()
@@ -315,10 +346,13 @@ class LivePage:
         )
         if name != NOW:
             self._curves[name] = frame
+        elif is_state:
+            self._shown[name] = frame
         self.send(frame)
 
     def _tell_state(self) -> None:
-        self.tell("state", **state_for_page(self.session, self._sliders()))
+        state = state_for_page(self.session, self._sliders())
+        self._show("state", packed({"is": "state", **state}, {}))
 
     def tell_found(self, word: str, content: Mapping[str, Any], arrays: Any = NOTHING) -> None:
         """Send what was found, now and to every page that comes."""
@@ -327,7 +361,13 @@ class LivePage:
 
     def _tell_task(self, task: tuple[int, str] | None) -> None:
         self._task = task
-        self.tell("task", task="" if task is None else task[1], share=0.0)
+        words = {"is": "task", "task": "" if task is None else task[1], "share": 0.0}
+        self._show("task", packed(words, {}))
+
+    def _show(self, word: str, frame: bytes) -> None:
+        """Send a frame now, and the newest of its word to every page that comes."""
+        self._shown[word] = frame
+        self.send(frame)
 
     def tell(self, word: str, **content: Any) -> None:
         """Send words and numbers without arrays."""

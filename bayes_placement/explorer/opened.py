@@ -13,6 +13,7 @@ from ..experiment.experiment import Experiment, Measurements
 
 if TYPE_CHECKING:
     from .live import LivePage
+    from .page_frames import LongSave
     from .server import PageServer
     from .session import Session
 
@@ -31,6 +32,7 @@ class Given(NamedTuple):
     port: int = 0
     """Port, or 0 for a free one."""
     saves: Mapping[str, Callable[["LivePage"], Path]] = MappingProxyType({})
+    report: "LongSave | None" = None
     """What can be saved, see `Surroundings`."""
 
 
@@ -179,7 +181,7 @@ def opened(
     place = None if folder is None else folder / FOLDER
     kept = kept_page(place, experiment, measurement, baseline)
     words = kept.take_up(session)
-    around = Surroundings(given.name, baseline, given.fits, kept, given.saves)
+    around = Surroundings(given.name, baseline, given.fits, kept, given.saves, given.report)
 
     def make(send: Any, post: Any) -> LivePage:
         return LivePage(session, around, send, post)

@@ -1,11 +1,13 @@
 """What the page is told: structure, modes, what was measured and what a model predicts."""
 
+import abc
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from .._shared.progress import Progress
 from ..criticism.findings._shapes import outline_of, points_and_lines, shapes
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
@@ -21,6 +23,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from .live import LivePage
+
+REPORT = "report"
+"""Word of what takes long to save."""
 
 DIGITS = 6
 """Digits of coordinates."""
@@ -93,6 +98,18 @@ def _rounded(numbers: Any) -> Any:
     return np.round(np.asarray(numbers, dtype=float), DIGITS).tolist()
 
 
+class LongSave(abc.ABC):
+    """How something is saved that takes long: a worker does it."""
+
+    @abc.abstractmethod
+    def writer(self, page: "LivePage") -> Callable[[Progress], Any]:
+        """Return what the worker calls: it writes the page as it is now."""
+
+    @abc.abstractmethod
+    def take_over(self, written: Any) -> Path:
+        """Take over what that returned, and return the file."""
+
+
 class Surroundings(NamedTuple):
     """What a page is given besides model and measurement."""
 
@@ -105,7 +122,9 @@ class Surroundings(NamedTuple):
     kept: KeptPage
     """Files in which the state is kept."""
     saves: Mapping[str, Callable[["LivePage"], Path]]
-    """What can be saved, by its word: each is called with the page and returns the file."""
+    """What can be saved at once, by its word: each is called with the page, returns the file."""
+    report: LongSave | None
+    """How a report is written; None where there is none."""
 
 
 def model_frame(session: Session, data: Data, around: Surroundings) -> bytes:
@@ -118,7 +137,7 @@ def model_frame(session: Session, data: Data, around: Surroundings) -> bytes:
         "pairs": pair_labels(experiment),
         "unit": experiment.observe.label,
         "structure": structure_for_page(experiment),
-        "saves": list(around.saves),
+        "saves": [*around.saves, *([] if around.report is None else [REPORT])],
     }
     arrays = {
         "frequency": np.asarray(experiment.frequency, dtype=float),

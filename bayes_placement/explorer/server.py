@@ -19,6 +19,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from .._shared.errors import InputError
+from .._shared.garbage import give_memory_back
 from ..page.standalone import FIRST, FOLDER, script
 from .live import LivePage
 from .messages import LONGEST, Message, MessageError, parsed
@@ -46,6 +47,9 @@ HEADERS = {
 
 REFUSED = 1008
 """Code by which a socket is closed after a message that no page sends."""
+
+IDLE = 5.0
+"""Time [s] without anything done after which memory goes back."""
 
 MOST_PAGES = 8
 """Most pages that show the session at once."""
@@ -115,7 +119,7 @@ class PageServer:
         self._sockets: dict[WebSocket, asyncio.Queue[bytes]] = {}
         self._cells: list[Callable[[bytes], None]] = []
         self._turns = ThreadPoolExecutor(1, thread_name_prefix="explorer")
-        self._started = Event()
+        self._started, self._count, self._taken = Event(), 0, 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self._server = uvicorn.Server(self._config())
         self._thread = Thread(target=self._run, daemon=True, name="explorer-server")
@@ -152,8 +156,8 @@ class PageServer:
         """End the server, the workers and all pages."""
         self._server.should_exit = True
         self._thread.join(5.0)
-        self._turns.submit(self.page.close).result()
-        self._turns.shutdown()
+        self._turns.shutdown(cancel_futures=True)  # nobody sees what is in line
+        self.page.close()
 
     def _config(self) -> uvicorn.Config:
         """Nothing is logged: the address is secret."""
@@ -181,10 +185,23 @@ class PageServer:
     async def _serve(self) -> None:
         self._loop = asyncio.get_running_loop()
         self._started.set()
+        tidying = asyncio.create_task(self._tidy())
         await self._server.serve(sockets=[self._socket])
+        tidying.cancel()
+
+    async def _tidy(self) -> None:
+        """Give memory back that nobody uses, once after the page did something."""
+        seen = tidied = 0
+        while True:
+            await asyncio.sleep(IDLE)
+            if seen == self._count != tidied:
+                tidied = self._count
+                self._turns.submit(give_memory_back)
+            seen = self._count
 
     def _post(self, function: Callable[[], None]) -> None:
         """Run a function in the thread of the page, after those before it."""
+        self._count += 1
         if not self._server.should_exit:
             self._turns.submit(_told, function)
 
@@ -215,7 +232,11 @@ class PageServer:
             return
         await web.accept()
         self._sockets[web] = asyncio.Queue()
-        self._post(self.page.greet)
+        greeting = self.page.greeting()  # at once, whatever the page is at
+        for frame in greeting:
+            self._sockets[web].put_nowait(frame)
+        if not greeting:
+            self._post(self.page.greet)
         sending = asyncio.create_task(_send_all(web, self._sockets[web]))
         try:
             while True:
@@ -230,7 +251,13 @@ class PageServer:
 
     def _take(self, message: Message) -> None:
         """Put a message in line; a page sends a move once that before is answered."""
-        self._post(lambda: self.page.handle(message))
+        if message.do == "stop":
+            self.page.stop()  # a structure may be compiled meanwhile
+        self._taken += 1
+        self._post(partial(self._handle, message, self._taken))
+
+    def _handle(self, message: Message, number: int) -> None:
+        self.page.handle(message, others_wait=number < self._taken)
 
 
 async def _send_all(web: WebSocket, queue: "asyncio.Queue[bytes]") -> None:

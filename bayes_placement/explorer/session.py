@@ -6,6 +6,7 @@ States are never changed nor lost: one that is returned to may have several that
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+from .._shared.compiled import of_jax
 from ..effects.effect import Effect
 from ..experiment.experiment import Experiment, Measurements
 from .actions import Action, ValuedModel, action_from
@@ -47,7 +48,8 @@ class Session:
 
     def __init__(self, experiment: Experiment, measurement: Measurements, head: str = HEAD):
         self.measurement, self._head = measurement, head
-        first = ValuedModel(experiment, as_drawn(experiment))
+        # Arrays of NumPy would be copied for each model that is compiled.
+        first = ValuedModel(of_jax(experiment), as_drawn(experiment))
         self.states = [SessionState(first, "as drawn", None, None)]
         self.chi2: dict[int, float] = {}
         """Reduced chi-square of states by number, as far as it is known."""

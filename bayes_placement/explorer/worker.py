@@ -18,6 +18,7 @@ import jax
 
 from .._shared.processes import SETTINGS
 from ..experiment.experiment import Experiment, Measurements
+from .shared_arrays import SharedArrays, large_arrays
 
 LENGTH = struct.Struct("<Q")
 """Length of a message in bytes, ahead of it."""
@@ -80,7 +81,7 @@ class Worker:
         """Begin a task of `worker_process.TASKS`, and return its number."""
         with self._lock:
             self._count += 1
-            self._start()
+            self._start(asked)
             self._undone.add(self._count)
             is_there = self._asked is not None and all(map(operator.is_, asked, self._asked))
             self._messages.put((self._count, task, None if is_there else asked, arguments))
@@ -96,8 +97,8 @@ class Worker:
         if process is not None:
             _end(process)
 
-    def _start(self) -> None:
-        """Start the process, unless it is there."""
+    def _start(self, asked: AskedOfWorker) -> None:
+        """Start the process, unless it is there; it keeps the large arrays of what it is asked."""
         if self._process is not None and self._process.poll() is None:
             return
         process = self._process = subprocess.Popen(
@@ -110,17 +111,24 @@ class Worker:
         # It takes seconds to begin to read, and a pipe holds less than a measurement.
         self._messages, self._asked, self._undone = SimpleQueue(), None, set()
         # The path of a model file goes along: it may import from its folder.
-        self._messages.put({"path": sys.path, "settings": _settings()})
-        Thread(target=_write_all, args=(process.stdin, self._messages), daemon=True).start()
-        listened = process, process.stdout, self._undone
+        arrays = large_arrays(asked)
+        begin = {"path": sys.path, "settings": _settings(), "arrays": arrays}
+        shared = SharedArrays(arrays)
+        written = process.stdin, cloudpickle.dumps(begin), shared, self._messages
+        Thread(target=_write_all, args=written, daemon=True).start()
+        listened = process, process.stdout, shared, self._undone
         Thread(target=self._listen, args=listened, daemon=True).start()
 
     def _listen(
-        self, process: "subprocess.Popen[bytes]", stream: IO[bytes], undone: set[int]
+        self,
+        process: "subprocess.Popen[bytes]",
+        stream: IO[bytes],
+        shared: SharedArrays,
+        undone: set[int],
     ) -> None:
         with stream:
             while (message := read(stream)) is not None:
-                told = Told(*message)
+                told = Told(*shared.loads(message))
                 if told.word in ENDS:
                     undone.discard(told.number)
                 self._hear(told)
@@ -129,28 +137,30 @@ class Worker:
             self._hear(Told(number, "failed", LOST))
 
 
-def _write_all(stream: IO[bytes], messages: "SimpleQueue[Any]") -> None:
+def _write_all(
+    stream: IO[bytes], begin: bytes, shared: SharedArrays, messages: "SimpleQueue[Any]"
+) -> None:
     """Write messages one after the other, until one is None or the process has ended."""
     with suppress(OSError), stream:
+        write(stream, begin)
         while (message := messages.get()) is not None:
-            write(stream, message)
+            write(stream, shared.dumps(message))
 
 
-def write(stream: IO[bytes], content: Any) -> None:
-    """Write an object of Python to another process."""
-    text = cloudpickle.dumps(content)
+def write(stream: IO[bytes], text: bytes) -> None:
+    """Write a message to another process."""
     stream.write(LENGTH.pack(len(text)) + text)
     stream.flush()
 
 
-def read(stream: IO[bytes]) -> Any:
-    """Read an object of a process that we started; None where it has ended."""
+def read(stream: IO[bytes]) -> bytes | None:
+    """Read a message of a process that we started; None where it has ended."""
     head = stream.read(LENGTH.size)
     if len(head) < LENGTH.size:
         return None
     (length,) = LENGTH.unpack(head)
     content = stream.read(length)
-    return cloudpickle.loads(content) if len(content) == length else None
+    return content if len(content) == length else None
 
 
 def _settings() -> Mapping[str, Any]:

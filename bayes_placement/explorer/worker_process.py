@@ -9,10 +9,13 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
+import cloudpickle
 import jax
 
+from .._shared.compiled import forget_programs
 from .._shared.errors import PackageError
-from .._shared.garbage import collect_garbage_rarely
+from .._shared.garbage import collect_garbage_rarely, give_memory_back, memory_in_use
+from .._shared.progress import Progress
 from ..criticism.kept_fits import fits_kept_in
 from ..criticism.missing.as_given import fitted_as_given
 from ..criticism.missing.from_values import fitted_from
@@ -24,7 +27,14 @@ from ..experiment.variants import with_lines_at
 from ..inference.alternative_explanation import Alternative
 from ..inference.estimates import scalars
 from .candidates import Offered, offered
+from .shared_arrays import SharedArrays
 from .worker import NICE, AskedOfWorker, read, write
+
+LARGE = 600e6
+"""Bytes in use from which on compiled functions are forgotten as well."""
+
+IDLE = 2.0
+"""Time [s] without a task after which memory goes back."""
 
 Tell = Callable[[str, Any], None]
 """Called with a word and what belongs to it, see `Told`."""
@@ -104,6 +114,11 @@ def search(asked: AskedOfWorker, tell: Tell) -> Any:
     )
 
 
+def report(asked: AskedOfWorker, tell: Tell, write: Callable[[Progress], Any]) -> Any:
+    """What a report was written as, by what writes it."""
+    return write(lambda share: tell("progress", share))
+
+
 def next_one(
     asked: AskedOfWorker, tell: Tell, alternatives: Sequence[Alternative]
 ) -> dict[str, Any]:
@@ -120,6 +135,7 @@ TASKS: Mapping[str, Callable[..., Any]] = {
     "band": reached,
     "beside": beside,
     "next": next_one,
+    "report": report,
     "search": search,
 }
 """Tasks by their names."""
@@ -131,28 +147,41 @@ def serve() -> None:
     os.dup2(2, 1)  # what is printed goes to standard error
     with suppress(OSError):
         os.nice(NICE)
-    content = read(sys.stdin.buffer)
+    content = cloudpickle.loads(read(sys.stdin.buffer) or b"")
     sys.path[:] = content["path"]
     for name, value in content["settings"].items():
         jax.config.update(name, value)
     collect_garbage_rarely()
+    shared = SharedArrays(content["arrays"])
     waiting: queue.SimpleQueue[Any] = queue.SimpleQueue()
-    threading.Thread(target=_listen, args=(waiting,), daemon=True).start()
+    threading.Thread(target=_listen, args=(shared, waiting), daemon=True).start()
     asked: Any = None
     while True:
-        number, task, new, arguments = waiting.get()
+        number, task, new, arguments = _next(waiting)
         asked = new or asked  # what the task before was about is not sent again
 
         def tell(word: str, content: Any, number: int = number) -> None:
-            write(output, (number, word, content))
+            write(output, shared.dumps((number, word, content)))
 
         tell(*_outcome(task, asked, arguments, tell))
 
 
-def _listen(waiting: "queue.SimpleQueue[Any]") -> None:
+def _next(waiting: "queue.SimpleQueue[Any]") -> Any:
+    """Next task; memory that nobody uses goes back where none comes for a while."""
+    try:
+        return waiting.get(timeout=IDLE)
+    except queue.Empty:
+        give_memory_back()
+        if memory_in_use() > LARGE:
+            forget_programs()
+            give_memory_back()
+        return waiting.get()
+
+
+def _listen(shared: SharedArrays, waiting: "queue.SimpleQueue[Any]") -> None:
     """Take tasks while others are done, so that none waits in the pipe; end with the page."""
     while (message := read(sys.stdin.buffer)) is not None:
-        waiting.put(message)
+        waiting.put(shared.loads(message))
     os._exit(0)
 
 

@@ -168,12 +168,15 @@ const HEARD = {
   background: (header) => learn.background(header),
   task(header) {
     const isBusy = header.task !== "";
-    if (header.task !== store.task) store.begun = performance.now();
+    if (header.task !== store.task) {
+      store.begun = performance.now();
+      store.isStopping = false;
+    }
     store.task = header.task;
     if (!isBusy) steps.ended();
     element("stop").hidden = !isBusy;
-    for (const name of ["fit", "search"]) element(name).disabled = isBusy;
-    tell(isBusy ? `${header.task} ${header.share ? percent(header.share) + timeLeft(header.share) : "…"}` : "", header.share);
+    for (const name of ["fit", "search", "save-report"]) element(name).disabled = isBusy;
+    if (!store.isStopping) tell(isBusy ? `${header.task} ${header.share ? percent(header.share) + timeLeft(header.share) : "…"}` : "", header.share);
   },
   busy: (header) => tell(header.words, 0),
   modes: (header) => modes.hear(header),
@@ -221,7 +224,12 @@ function tell(words, share) {
   element("progress").querySelector("i").style.setProperty("--share", percent(share ?? 0).replace(" ", ""));
 }
 
-for (const name of ["undo", "redo", "fit", "search", "stop", "reset"]) element(name).onclick = () => send({ do: name });
+for (const name of ["undo", "redo", "fit", "search", "reset"]) element(name).onclick = () => send({ do: name });
+element("stop").onclick = () => {
+  send({ do: "stop" });
+  store.isStopping = true;
+  tell("stopping …", 0);
+};
 for (const what of SAVED) element(`save-${what}`).onclick = () => send({ do: "save", what });
 element("kind").onchange = choose;
 element("add").onclick = () => add(null);

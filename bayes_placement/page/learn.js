@@ -121,7 +121,7 @@ function nextMeasurement({ sentence, columns, rows, caption }) {
   return [make("h3", {}, "Where to measure next"), make("p", { class: "law" }, sentence), ...tried];
 }
 
-const probability = (share) => (share < LEAST ? "< 0.001" : share.toPrecision(2));
+const probability = (share) => (share < LEAST ? "<\u00a00.001" : share.toPrecision(2));
 
 /** Powers of ten within a logarithmic axis. */
 const powers = (u, axis) => {

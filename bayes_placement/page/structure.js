@@ -74,7 +74,7 @@ export class StructurePanel {
     this.transducers(pen);
     this.effects(pen);
     this.scaleBar(pen, width, height);
-    if (!this.view.isLine) this.triad(pen, width - TRIAD - 12, height - TRIAD - 12);
+    if (!this.view.isLine) this.triad(pen, TRIAD + 4, TRIAD + 12);
   }
 
   outline(pen) {

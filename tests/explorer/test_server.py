@@ -5,6 +5,8 @@ import gc
 import json
 import random
 import string
+import threading
+import time
 import urllib.error
 import urllib.request
 
@@ -489,6 +491,62 @@ def test_a_page_that_reads_nothing_is_left_and_comes_back(page, monkeypatch):
     talk(page, sleep)
     assert not server._sockets
     talk(page, lambda socket: heard(socket, "state"))
+
+
+def test_a_page_that_comes_back_is_shown_all_while_another_structure_is_compiled(page):
+    is_compiled = threading.Event()
+    talk(page, lambda socket: heard(socket, "state"))
+    page._server._post(is_compiled.wait)
+
+    async def play(socket):
+        for word in ("model", "curves", "state", "task"):
+            await heard(socket, word)
+
+    try:
+        talk(page, play)
+        assert not is_compiled.is_set()
+    finally:
+        is_compiled.set()
+
+
+def test_a_page_is_closed_without_what_is_still_in_line(page):
+    opened = bp.explore(small.experiment(), small.measured(), browser=False)
+    begun, done = threading.Event(), []
+    opened._server._post(lambda: begun.set() or time.sleep(1.0) or done.append("begun"))
+    opened._server._post(lambda: done.append("in line"))
+    begun.wait()
+    opened.close()
+    assert done == ["begun"]
+
+
+def test_of_states_that_are_returned_to_at_once_the_last_one_alone_is_shown(page):
+    """Each may be of another structure, which is compiled."""
+    is_compiled = threading.Event()
+
+    async def play(socket):
+        ratio = {"structure.damping.ratio": 0.04}
+        await socket.send(json.dumps({"do": "go", "state": 0}))
+        await socket.send(json.dumps({"do": "set", "values": ratio}))
+        last = len(page.session.states)
+        await heard(socket, "state", current=last)
+        page._server._post(is_compiled.wait)
+        for message in ({"do": "undo"}, {"do": "redo"}, {"do": "go", "state": 0}, {"do": "modes"}):
+            await socket.send(json.dumps(message))
+        while page._server._taken < 6:
+            await asyncio.sleep(0.01)
+        is_compiled.set()
+        shown = []
+        while not shown or shown[-1]["is"] != "state":
+            header, _ = unpacked(await asyncio.wait_for(socket.recv(), 120))
+            shown.append(header)
+        assert [header["is"] for header in shown] == ["modes", "beside", "curves", "state"]
+        assert shown[-1]["current"] == 0
+
+    page._server._taken = 0
+    try:
+        talk(page, play)
+    finally:
+        is_compiled.set()
 
 
 def test_a_port_that_is_taken_is_told_in_a_sentence(page):

@@ -6,10 +6,13 @@ import queue
 import signal
 import time
 
+import jax
 import numpy as np
 import pytest
 
 import bayes_placement as bp
+from bayes_placement._shared.compiled import forget_programs
+from bayes_placement._shared.garbage import give_memory_back, memory_in_use
 from bayes_placement.explorer.candidates import added
 from bayes_placement.explorer.found import actions_of, ledger_for_page, reach_for_page
 from bayes_placement.explorer.session import Session
@@ -144,3 +147,19 @@ def test_reach_is_laid_out_kind_by_kind():
     law = best["measured"]
     size = np.hypot(law["law_real"], law["law_imaginary"])
     np.testing.assert_allclose(size, 0.5 * (2 * np.pi * small.LINES) ** 2, rtol=0.05)
+
+
+@pytest.mark.long
+def test_what_a_process_compiled_is_forgotten_and_the_same_when_it_is_compiled_anew():
+    """Programs of searches would fill the memory."""
+    experiment, measurement = small.experiment(), small.measured(MASS)
+    assert memory_in_use() > 5e7
+    before, programs = chi2(experiment, measurement, small.TRUTH), len(live_programs())
+    forget_programs()
+    give_memory_back()
+    assert len(live_programs()) < programs
+    assert chi2(experiment, measurement, small.TRUTH) == before
+
+
+def live_programs():
+    return jax.devices()[0].client.live_executables()
