@@ -39,15 +39,22 @@ def compiled(function: Callable[..., Result]) -> "Compiled[Result]":
     return Compiled(function)
 
 
-def of_jax(tree: object) -> Any:
+def of_jax(tree: object, least: int = 0) -> Any:
     """Return a tree whose arrays are of JAX, where large ones are computed with again and again.
+
+    Smaller ones than `least` bytes stay: Python reads numbers of NumPy in less time.
 
     One of NumPy is copied at each call, unless it happens to begin at a multiple of 64 bytes: a
     structure with 30 MB of them took up to five times as long.
     """
     return jax.tree.map(
-        lambda leaf: jnp.asarray(leaf) if isinstance(leaf, np.ndarray) else leaf, tree
+        lambda leaf: jnp.asarray(leaf) if _is_of_numpy(leaf, least) else leaf,
+        tree,
     )
+
+
+def _is_of_numpy(leaf: object, least: int) -> bool:
+    return isinstance(leaf, np.ndarray) and leaf.nbytes >= least
 
 
 class Compiled(Generic[Result]):

@@ -10,6 +10,7 @@ from .._shared.compiled import of_jax
 from ..effects.effect import Effect
 from ..experiment.experiment import Experiment, Measurements
 from .actions import Action, ValuedModel, action_from
+from .shared_arrays import LARGE
 from .steps import as_drawn
 
 HEAD = """\
@@ -48,8 +49,8 @@ class Session:
 
     def __init__(self, experiment: Experiment, measurement: Measurements, head: str = HEAD):
         self.measurement, self._head = measurement, head
-        # Arrays of NumPy would be copied for each model that is compiled.
-        first = ValuedModel(of_jax(experiment), as_drawn(experiment))
+        # Large arrays of NumPy would be copied for each model that is compiled.
+        first = ValuedModel(of_jax(experiment, LARGE), as_drawn(experiment))
         self.states = [SessionState(first, "as drawn", None, None)]
         self.chi2: dict[int, float] = {}
         """Reduced chi-square of states by number, as far as it is known."""
