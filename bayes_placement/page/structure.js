@@ -52,8 +52,10 @@ export class StructurePanel {
         const title = kind.any_law !== undefined ? means : `${kind.law_in_words}: removes ${percent(kind.few_numbers)} of the misfit, probability ${kind.best.probability.toPrecision(2)}`;
         return make("button", { "aria-pressed": String(kind.acts_on === this.kind), title, onclick: press }, label);
       }),
-      ...(isByAny ? [make("small", { class: "hint", title: means }, words)] : []),
     );
+    const byAny = element("by-any");
+    byAny.textContent = isByAny ? words : "";
+    byAny.title = isByAny ? means : "";
     this.draw();
   }
 
