@@ -112,7 +112,7 @@ def draw_band(panel: Axes, channel: xr.Dataset, name: str) -> None:
     style = "-" if lines.size > SPARSE else ".-"
     panel.plot(lines, channel["mean"], style, color=POSTERIOR, label=f"{name}, mean")
     if "measured" in channel:
-        panel.plot(lines, channel["measured"], ".", color=DATA, label="measured")
+        draw_measured(panel, channel, "measured")
     if "reference" in channel:
         panel.plot(lines, channel["reference"], color=DATA, label="as recorded", linewidth=1)
 
@@ -126,14 +126,27 @@ def draw_phases(panel: Axes, channel: xr.Dataset) -> None:
         )
     panel.plot(lines, unbroken(mean), color=POSTERIOR)
     if "measured" in channel:
-        panel.plot(lines, channel["measured"], ".", color=DATA)
+        draw_measured(panel, channel)
     phase_axis(panel)
+
+
+def draw_measured(panel: Axes, channel: xr.Dataset, label: str | None = None) -> None:
+    """Draw what was measured, so that a curve stays seen: below it, or as circles about its dots."""
+    lines, measured = channel["frequency"].values, channel["measured"]
+    is_sparse = lines.size <= SPARSE
+    size, fill = (13.0, "none") if is_sparse else (4.0, "full")
+    panel.plot(
+        lines, measured, ".", ms=size, fillstyle=fill, color=DATA, label=label, zorder=BELOW_CURVES
+    )
 
 
 def unit_of_difference(unit: str) -> str:
     """A difference of logarithms is that of a ratio."""
     return "[dB]" if unit.startswith(LOGARITHM) else unit.rpartition(" ")[2]
 
+
+BELOW_CURVES = 1.5
+"""Place of dots in the order in which a figure is drawn: above bands, below curves."""
 
 BANDS = 40
 """Bands, at most, in which the residual is told."""
