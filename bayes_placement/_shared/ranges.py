@@ -170,11 +170,11 @@ def plain_quantile(distribution: Distribution, normal: np.ndarray) -> np.ndarray
     if value is None or not all(map(is_plain, distribution.transforms)):
         return None
     for transform in distribution.transforms:
-        value = _applied(transform, value)
+        value = _transformed_value(transform, value)
     return value
 
 
-def _applied(transform: object, value: np.ndarray) -> np.ndarray:
+def _transformed_value(transform: object, value: np.ndarray) -> np.ndarray:
     if isinstance(transform, AffineTransform):
         return np.asarray(transform.loc) + np.asarray(transform.scale) * value
     with np.errstate(over="ignore"):  # infinite far out, as by JAX

@@ -349,7 +349,7 @@ class Experiment(eqx.Module):
         observed = None if data is None else data.z
         if data is None and concrete.noise.reads_amplitude:
             data = simulated_outputs(self.observe, concrete.frf())
-        data = self.observe.stated() if data is None else data
+        data = self.observe.own_data() if data is None else data
         numpyro.sample(MEASURED, concrete.noise.distribution(predicted, data), obs=observed)
 
     def nominal_measurement(self) -> Measurement | tuple[Measurement, ...]:

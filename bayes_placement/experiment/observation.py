@@ -166,7 +166,7 @@ class Observation(eqx.Module):
         """Return what was measured as data, where the observation itself holds it."""
         return None
 
-    def stated(self) -> Data | None:
+    def own_data(self) -> Data | None:
         """Return what was measured, where the observation itself holds it."""
         return None
 

@@ -177,9 +177,9 @@ class ModalData(Observation):
                 "needed, since the modes of the model are paired with them. Declare an experiment "
                 "for each set: observe=observe.ModalData(measured)."
             )
-        return self.stated()
+        return self.own_data()
 
-    def stated(self) -> Data:
+    def own_data(self) -> Data:
         """Return what was measured, in the layout of the outputs."""
         rows = np.arange(len(self.values))[:, None]
         counted = self.present & (rows != self.reference)

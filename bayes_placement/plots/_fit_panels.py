@@ -112,7 +112,7 @@ def draw_band(panel: Axes, channel: xr.Dataset, name: str) -> None:
     style = "-" if lines.size > SPARSE else ".-"
     panel.plot(lines, channel["mean"], style, color=POSTERIOR, label=f"{name}, mean")
     if "measured" in channel:
-        draw_measured(panel, channel, "measured")
+        draw_measured_dots(panel, channel, "measured")
     if "reference" in channel:
         panel.plot(lines, channel["reference"], color=DATA, label="as recorded", linewidth=1)
 
@@ -126,12 +126,12 @@ def draw_phases(panel: Axes, channel: xr.Dataset) -> None:
         )
     panel.plot(lines, unbroken(mean), color=POSTERIOR)
     if "measured" in channel:
-        draw_measured(panel, channel)
+        draw_measured_dots(panel, channel)
     phase_axis(panel)
 
 
-def draw_measured(panel: Axes, channel: xr.Dataset, label: str | None = None) -> None:
-    """Draw what was measured, so that a curve stays seen: below it, or as circles about its dots."""
+def draw_measured_dots(panel: Axes, channel: xr.Dataset, label: str | None = None) -> None:
+    """Draw what was measured where a curve stays seen: below it, or as circles about its dots."""
     lines, measured = channel["frequency"].values, channel["measured"]
     is_sparse = lines.size <= SPARSE
     size, fill = (13.0, "none") if is_sparse else (4.0, "full")

@@ -48,7 +48,7 @@ def state_of(experiment: Experiment, measurement: Measurements) -> State:
         )
     first = measurement[0] if isinstance(measurement, Sequence) else measurement
     earlier = as_measured(experiment, first)
-    observed = earlier.observe.stated()
+    observed = earlier.observe.own_data()
     return State(earlier, earlier.data(measurement) if observed is None else observed)
 
 

@@ -12,13 +12,13 @@ from . import (
     driving_points,
     known_factors,
     mains,
+    missing_information,
     mistaken_records,
     natural_frequencies,
     overload,
     reciprocity,
     repeated_records,
     rigid_body_line,
-    stated,
     stated_noise,
 )
 from .record import Fault, Record
@@ -56,17 +56,17 @@ class DataCheck(NamedTuple):
 CHECKS = (
     DataCheck("repeated records", repeated_records.can_check, repeated_records.check),
     DataCheck("overload", overload.can_check, overload.check),
-    DataCheck("coherence", stated.has_coherence, stated.full_coherence),
+    DataCheck("coherence", missing_information.has_coherence, missing_information.full_coherence),
     DataCheck("mistaken records", mistaken_records.can_check, mistaken_records.check),
     DataCheck("natural frequencies", natural_frequencies.can_check, natural_frequencies.check),
     DataCheck("units", known_factors.can_check, known_factors.check),
-    DataCheck("phase", stated.observes_phase, stated.no_phase),
+    DataCheck("phase", missing_information.observes_phase, missing_information.no_phase),
     DataCheck("driving points", driving_points.can_check, driving_points.check),
     DataCheck("reciprocity", reciprocity.can_check, reciprocity.check),
     DataCheck("rigid-body line", rigid_body_line.can_check, rigid_body_line.check),
     DataCheck("stated noise", stated_noise.can_check, stated_noise.check),
     DataCheck("mains", mains.can_check, mains.check),
-    DataCheck("names", stated.has_names_alike, stated.names_alike),
+    DataCheck("names", missing_information.has_names_alike, missing_information.names_alike),
 )
 """Every check, in the order in which they are done."""
 

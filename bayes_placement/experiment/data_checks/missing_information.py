@@ -1,4 +1,4 @@
-"""What a record states: a coherence that says nothing, FRFs without a phase, names alike."""
+"""What a record does not tell: a coherence that says nothing, no phase, names that look alike."""
 
 from collections.abc import Iterator
 
