@@ -28,6 +28,7 @@ from bayes_placement.effects import EFFECTS, InstrumentEffect, Scales
 from bayes_placement.effects.effect import AtPlace
 from bayes_placement.effects.instruments import Instruments
 from bayes_placement.experiment.recording import Drive, recorded
+from bayes_placement.experiment.with_effects_applied import with_effects_applied
 from bayes_placement.inference.coordinates import Coordinates
 from tests.effects import models_in_space
 
@@ -338,6 +339,17 @@ def test_the_order_of_adding_is_of_no_consequence(names):
     for effect in group(names, AT)[::-1]:
         base = base + effect
     np.testing.assert_array_equal(jax.jit(lambda: base.receptance())(), together(names))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("names", GROUPS, ids=" ".join)
+def test_applied_beforehand_they_give_the_same_response(names):
+    base = experiment(structure())
+    for effect in group(names, AT):
+        base = base + effect
+    expected = together(names)
+    seen = jax.jit(lambda: with_effects_applied(base).receptance())()
+    np.testing.assert_allclose(seen, expected, rtol=1e-9, atol=1e-13 * np.abs(expected).max())
 
 
 @in_groups
