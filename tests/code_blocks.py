@@ -59,27 +59,19 @@ gc.freeze()
 Sections share a process, which imports once, but no name. It seldom looks for garbage, as pytest.
 """
 
-FOR_TESTS = ("JAX_DISABLE_MOST_OPTIMIZATIONS", "XLA_FLAGS")
-"""What tests set so that JAX compiles faster: a user has functions that run faster."""
 
-
-def run(sections, folder, optimised=True):
-    """Run sections of blocks in a folder, beside a copy of the models; return what each printed.
-
-    Functions are optimised as those of a user, or compiled faster, as those of other tests.
-    """
+def run(sections, folder):
+    """Run sections of blocks in a folder, beside a copy of the models; return what each printed."""
     shutil.copytree(ROOT / "models", folder / "models")
     names = [
         name
         for number, section in enumerate(sections)
         for name in [*written(section, folder, f"block_{number}"), "/"]
     ]
-    left_out = FOR_TESTS if optimised else ()
-    environment = {key: value for key, value in os.environ.items() if key not in left_out}
     ran = subprocess.run(
         [sys.executable, "-c", RUN, *names[:-1]],
         cwd=folder,
-        env=environment | {"PYTHONPATH": str(ROOT), "MPLBACKEND": "agg"},
+        env=os.environ | {"PYTHONPATH": str(ROOT), "MPLBACKEND": "agg"},
         capture_output=True,
         text=True,
         check=False,

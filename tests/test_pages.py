@@ -42,9 +42,6 @@ HOW_TO = {
 }
 """What each page prints, among other things."""
 
-COMPUTING = {"plate", "placement"}
-"""Pages that compute for longer than they compile."""
-
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
@@ -52,16 +49,11 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def printed(folder, tmp_path_factory):
-    """What each how-to page prints: those that compile for most of their time run in one process,
-    and those that compute in another one, whose functions are optimised."""
-    outputs = {}
-    for optimised, place in ((False, folder), (True, tmp_path_factory.mktemp("optimised"))):
-        names = [name for name in HOW_TO if (name in COMPUTING) == optimised]
-        texts = [(PAGES / "how_to" / f"{name}.md").read_text() for name in names]
-        ran = run([blocks(text) for text in texts], place, optimised=optimised)
-        outputs |= dict(zip(names, ran, strict=True))
-    return outputs
+def printed(folder):
+    """What each how-to page prints; they compile for most of their time, and run in one process."""
+    texts = [(PAGES / "how_to" / f"{name}.md").read_text() for name in HOW_TO]
+    ran = run([blocks(text) for text in texts], folder)
+    return dict(zip(HOW_TO, ran, strict=True))
 
 
 def test_every_how_to_page_is_run():

@@ -28,7 +28,7 @@ def test_two_commands_come_first():
 def test_blocks_run_in_their_order(tmp_path):
     code = blocks(README)
     assert len(code) == README.count("```python") == 2
-    (printed,) = run([code], tmp_path, optimised=False)
+    (printed,) = run([code], tmp_path)
     assert "Missing: point_mass, 0.54018 kg at 370.002 mm" in printed
     assert (tmp_path / "error_falls.png").is_file()
     assert (tmp_path / "my_model.py").is_file()
