@@ -243,6 +243,7 @@ def test_each_mistake_of_three_open_cases_is_named(name, words):
 
 @needs_cases
 @pytest.mark.long
+@pytest.mark.longest
 @pytest.mark.parametrize("words", [words for words in MISTAKES if "degrees" not in words])
 @pytest.mark.parametrize("name", [path.name for path in sorted(DATA.glob("cases/[01]*"))])
 def test_each_mistake_of_every_open_case_is_named(name, words):

@@ -33,7 +33,7 @@ QUIET = {
     "derandomize": True,
     "suppress_health_check": list(HealthCheck),
 }
-SHORT, LONG = 60, 800
+SHORT, LONG = 60, 300
 
 # beartype looks at random entries of lists, which Hypothesis takes for a mistake
 pytestmark = pytest.mark.filterwarnings("ignore:Do not use the `random` module inside strategies")
@@ -86,7 +86,7 @@ def test_measurements_come_back_from_universal_files(tmp_path_factory, measureme
 
 
 @pytest.mark.long
-@settings(max_examples=1000, **QUIET)
+@settings(max_examples=LONG, **QUIET)
 @given(measurement=measurements(), binary=st.booleans())
 def test_many_measurements_come_back_from_universal_files(tmp_path_factory, measurement, binary):
     check_measurement_comes_back(tmp_path_factory.mktemp("uff"), measurement, binary)

@@ -141,7 +141,7 @@ def test_a_right_model_has_a_chi2_of_1(single):
 
 
 @pytest.mark.long
-def test_the_clamp_is_named_from_the_time_records(optimised):
+def test_the_clamp_is_named_from_the_time_records():
     frequency = hammer_test.measurement.thinned(100).frequency
     setup = experiment(frequency)
     candidates = bp.effects.library(setup, KINDS)
@@ -173,7 +173,7 @@ KINDS = ["point_mass", "ground_spring", "compliant_support", "gain_error", "expo
 
 
 @pytest.mark.long
-def test_nothing_is_missing_where_nothing_is(plain, optimised):
+def test_nothing_is_missing_where_nothing_is(plain):
     measurement = estimated(plain, 2).measurement
     setup = experiment(measurement.thinned(80).frequency)
     candidates = bp.effects.library(setup, KINDS)
@@ -182,7 +182,7 @@ def test_nothing_is_missing_where_nothing_is(plain, optimised):
 
 @pytest.mark.long
 @pytest.mark.longest
-def test_a_window_is_named_where_it_was_forgotten_and_not_where_it_is_known(plain, optimised):
+def test_a_window_is_named_where_it_was_forgotten_and_not_where_it_is_known(plain):
     estimate = estimated(plain, 3, window=0.04)
     setup = experiment(estimate.measurement.frequency)
     candidates = bp.effects.library(setup, KINDS)

@@ -211,6 +211,7 @@ def test_taking_out_an_element_keeps_the_numbers_of_the_others():
     ]
 
 
+EACH = 3
 GROUNDED = [tree for tree in networks(3) if is_grounded(tree)]
 OMEGA = np.geomspace(0.03, 30.0, 40) * np.exp(-1j * np.pi / 6)  # no law has a pole there
 
@@ -219,7 +220,14 @@ def test_there_are_27_networks_of_at_most_three_elements_on_the_ground():
     assert len(networks(1)) + len(networks(2)) + len(GROUNDED) == 27
 
 
-@pytest.mark.parametrize("tree", GROUNDED, ids=json.dumps)
+@pytest.mark.parametrize(
+    "tree",
+    [
+        pytest.param(tree, marks=[pytest.mark.longest] if number % EACH else [])
+        for number, tree in enumerate(GROUNDED)
+    ],
+    ids=json.dumps,
+)
 def test_expected_laws_are_those_that_can_have_the_same_dynamic_stiffness(tree):
     target = dynamic_stiffness(tree, [0.7, 1.3, 0.9], OMEGA)
     same = [other for other in networks(3) if reaches(other, target)]

@@ -164,7 +164,7 @@ def test_chains_on_their_way_from_far_off_are_not_at_rest():
 
 
 @pytest.mark.long
-def test_particles_of_smc_do_not_lag_behind_a_prior_that_is_far_wider(optimised):
+def test_particles_of_smc_do_not_lag_behind_a_prior_that_is_far_wider():
     model, priors, _ = posterior("mesquite-logmesquite_logvas")
     target, draws = run(engines.SMC(particles=4000), model, priors)
     level = jax.jit(jax.vmap(jax.vmap(target.constrain)))(draws.position)["sigma"]
