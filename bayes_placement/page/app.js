@@ -83,9 +83,8 @@ function choose() {
   const isAsked = !kind.is_placed && kind.settings.length > 1;
   variant.hidden = !isAsked;
   variant.replaceChildren(...kind.settings.map((words, i) => make("option", { value: i + 1 }, words || `variant ${i + 1}`)));
-  element("add").textContent = kind.is_placed ? "Add at the peak" : "Add";
   element("hint").textContent = kind.is_placed
-    ? "Click on the structure to drop it; drag it to move it."
+    ? "Click on the structure to drop it, or Add it at the peak; drag it to move it."
     : "It has no place: press Add.";
 }
 
@@ -233,6 +232,7 @@ element("stop").onclick = () => {
 for (const what of SAVED) element(`save-${what}`).onclick = () => send({ do: "save", what });
 element("kind").onchange = choose;
 element("add").onclick = () => add(null);
+element("trouble").onclick = () => (element("trouble").hidden = true);
 
 document.addEventListener("keydown", (event) => {
   if (!(event.ctrlKey || event.metaKey) || event.target.matches("input[type=text]")) return;

@@ -48,7 +48,7 @@ export class StructurePanel {
           this.kind = kind.acts_on;
           this.reached();
         };
-        const label = `${NAMES[kind.acts_on] ?? kind.acts_on} ${inWords(kind)}`;
+        const label = `${NAMES[kind.acts_on] ?? kind.acts_on} ${percent(kind.any_law ?? kind.few_numbers)}`;
         const title = kind.any_law !== undefined ? means : `${kind.law_in_words}: removes ${percent(kind.few_numbers)} of the misfit, probability ${kind.best.probability.toPrecision(2)}`;
         return make("button", { "aria-pressed": String(kind.acts_on === this.kind), title, onclick: press }, label);
       }),
