@@ -104,7 +104,7 @@ const HEARD = {
   curves(header) {
     const isFirst = !store.curves[header.name];
     store.curves[header.name] = header;
-    if (!store.task) tell("", 0);
+    if (!store.task) rest();
     if (header.name === "now") {
       element("chi2").textContent = three(header.chi2);
       store.isPreview = !header.is_state;
@@ -172,10 +172,12 @@ const HEARD = {
       store.isStopping = false;
     }
     store.task = header.task;
-    if (!isBusy) steps.ended();
+    if (isBusy) store.inLine = "";
+    else steps.ended();
     element("stop").hidden = !isBusy;
     for (const name of ["fit", "search", "save-report"]) element(name).disabled = isBusy;
-    if (!store.isStopping) tell(isBusy ? `${header.task} ${header.share ? percent(header.share) + timeLeft(header.share) : "…"}` : "", header.share);
+    if (!isBusy) rest();
+    else if (!store.isStopping) tell(`${header.task} ${header.share ? percent(header.share) + timeLeft(header.share) : "…"}`, header.share);
   },
   busy: (header) => tell(header.words, 0),
   modes: (header) => modes.hear(header),
@@ -186,10 +188,11 @@ const HEARD = {
   error(header) {
     element("trouble").textContent = header.words;
     element("trouble").hidden = false;
-    tell("", 0);
+    store.inLine = "";
+    rest();
   },
   saved(header) {
-    if (!store.task) tell("", 0);
+    if (!store.task) rest();
     element("saved").textContent = header.words;
     element("saved").hidden = false;
     setTimeout(() => (element("saved").hidden = true), 9000);
@@ -223,7 +226,19 @@ function tell(words, share) {
   element("progress").querySelector("i").style.setProperty("--share", percent(share ?? 0).replace(" ", ""));
 }
 
-for (const name of ["undo", "redo", "fit", "search", "reset"]) element(name).onclick = () => send({ do: name });
+/** Nothing is on its way but what waits for its turn. */
+function rest() {
+  tell(store.inLine ? `${store.inLine} waits for what was asked before …` : "", 0);
+}
+
+for (const name of ["undo", "redo", "reset"]) element(name).onclick = () => send({ do: name });
+for (const name of ["fit", "search"]) {
+  element(name).onclick = () => {
+    send({ do: name });
+    store.inLine = name;
+    rest();
+  };
+}
 element("stop").onclick = () => {
   send({ do: "stop" });
   store.isStopping = true;
@@ -266,6 +281,7 @@ theme(dark.matches);
 const link = linked(
   (header) => (store.model || header.is === "model") && HEARD[header.is]?.(header), // others may stream already
   (isThere) => {
+    store.inLine = "";
     element("trouble").hidden = isThere;
     if (!isThere) element("trouble").textContent = "The program behind this page does not answer. It goes on once it is back: run the command again.";
   },

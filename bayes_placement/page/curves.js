@@ -59,7 +59,7 @@ export class Curves {
   }
 
   named(name) {
-    return this.store.curves[name]?.title || (name === "now" ? "as it stands" : name);
+    return name === "now" ? "as it stands" : this.store.curves[name]?.title || name;
   }
 
   /** Make the charts of all shown channels anew. */
