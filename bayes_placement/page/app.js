@@ -259,6 +259,7 @@ document.addEventListener("keydown", (event) => {
 
 // What holds this page gives it the height that it needs.
 if (location.protocol === "about:") {
+  document.body.classList.add("held");
   new ResizeObserver(() => {
     if (window.frameElement) window.frameElement.style.height = `${document.body.scrollHeight + 2}px`;
   }).observe(document.body);

@@ -1,4 +1,4 @@
-"""Fetch what the page is drawn with, by version and hash: `python -m ...explorer.vendored`."""
+"""Fetch what the page is drawn with, by version and hash: `python -m bayes_placement.page.vendored`."""
 
 import hashlib
 import subprocess
