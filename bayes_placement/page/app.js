@@ -179,7 +179,7 @@ const HEARD = {
     if (!isBusy) rest();
     else if (!store.isStopping) tell(`${header.task} ${header.share ? percent(header.share) + timeLeft(header.share) : "…"}`, header.share);
   },
-  busy: (header) => tell(header.words, 0),
+  busy: (header) => tell(`${header.words} ${inLine()}`, 0),
   modes: (header) => modes.hear(header),
   next(header) {
     store.next = header;
@@ -226,10 +226,10 @@ function tell(words, share) {
   element("progress").querySelector("i").style.setProperty("--share", percent(share ?? 0).replace(" ", ""));
 }
 
+const inLine = () => (store.inLine ? `${store.inLine} waits for what was asked before …` : "");
+
 /** Nothing is on its way but what waits for its turn. */
-function rest() {
-  tell(store.inLine ? `${store.inLine} waits for what was asked before …` : "", 0);
-}
+const rest = () => tell(inLine(), 0);
 
 for (const name of ["undo", "redo", "reset"]) element(name).onclick = () => send({ do: name });
 for (const name of ["fit", "search"]) {

@@ -150,11 +150,15 @@ def test_what_went_wrong_is_told_until_the_next_step(explorer, page):
 
 
 def test_a_search_that_has_to_wait_says_so(explorer, page):
-    server, earlier = explorer._server, Event()
-    server._turns.submit(earlier.wait, 10.0)
+    server, started, earlier = explorer._server, Event(), Event()
+    server._turns.submit(started.wait, 10.0)
     server._post(partial(server.page.tell_curves, "now", explorer.session.model))
+    server._post(partial(server.page.tell, "busy", words="It is compiled."))
+    server._post(partial(earlier.wait, 10.0))
     page.locator("#search").click()
     page.locator("#progress", has_text="search waits").wait_for(timeout=5000)
+    started.set()
+    page.locator("#progress", has_text="compiled. search waits").wait_for(timeout=5000)
     earlier.set()
     page.locator("#progress", has_text="search …").wait_for()
 
