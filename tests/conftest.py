@@ -81,7 +81,7 @@ def optimised():
 
     name = "jax_disable_most_optimizations"
     before = jax.config.values[name]
-    jax.config.update(name, True)
+    jax.config.update(name, False)
     yield
     jax.config.update(name, before)
 

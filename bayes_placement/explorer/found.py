@@ -74,7 +74,6 @@ def ledger_for_page(ledger: Ledger) -> dict[str, Any]:
     return {
         "words": ledger.words(),
         "probabilities": ledger.probabilities,
-        "confounded": ledger.confounded,
         "compared": best.head(12).to_dict("records"),
         "steps": [
             {

@@ -154,7 +154,8 @@ class LivePage:
         self._do(added(self.session.model.experiment, kind, number, at))
 
     def _on_remove(self, effect: str) -> None:
-        self._do(Removed(effect))
+        if self._has(effect):  # a second press may come once it is gone
+            self._do(Removed(effect))
 
     def _on_reset(self) -> None:
         self._do(Drawn())
@@ -317,8 +318,10 @@ class LivePage:
 
     def _values_at(self, effect: str, at: Position) -> dict[str, float]:
         experiment = self.session.model.experiment
-        is_there = effect in (present.name for present in experiment.effects)
-        return placed_at(experiment, effect, at) if is_there else {}
+        return placed_at(experiment, effect, at) if self._has(effect) else {}
+
+    def _has(self, effect: str) -> bool:
+        return effect in (present.name for present in self.session.model.experiment.effects)
 
     def _sliders(self) -> list[Slider]:
         return self._sliders_of(self.session.model.experiment)

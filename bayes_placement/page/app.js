@@ -83,9 +83,8 @@ function choose() {
   const isAsked = !kind.is_placed && kind.settings.length > 1;
   variant.hidden = !isAsked;
   variant.replaceChildren(...kind.settings.map((words, i) => make("option", { value: i + 1 }, words || `variant ${i + 1}`)));
-  element("add").textContent = kind.is_placed ? "Add at the peak" : "Add";
   element("hint").textContent = kind.is_placed
-    ? "Click on the structure to drop it; drag it to move it."
+    ? "Click on the structure to drop it, or Add it at the peak; drag it to move it."
     : "It has no place: press Add.";
 }
 
@@ -105,7 +104,7 @@ const HEARD = {
   curves(header) {
     const isFirst = !store.curves[header.name];
     store.curves[header.name] = header;
-    if (!store.task) tell("", 0);
+    if (!store.task) rest();
     if (header.name === "now") {
       element("chi2").textContent = three(header.chi2);
       store.isPreview = !header.is_state;
@@ -173,12 +172,14 @@ const HEARD = {
       store.isStopping = false;
     }
     store.task = header.task;
-    if (!isBusy) steps.ended();
+    if (isBusy) store.inLine = "";
+    else steps.ended();
     element("stop").hidden = !isBusy;
     for (const name of ["fit", "search", "save-report"]) element(name).disabled = isBusy;
-    if (!store.isStopping) tell(isBusy ? `${header.task} ${header.share ? percent(header.share) + timeLeft(header.share) : "…"}` : "", header.share);
+    if (!isBusy) rest();
+    else if (!store.isStopping) tell(`${header.task} ${header.share ? percent(header.share) + timeLeft(header.share) : "…"}`, header.share);
   },
-  busy: (header) => tell(header.words, 0),
+  busy: (header) => tell(`${header.words} ${inLine()}`, 0),
   modes: (header) => modes.hear(header),
   next(header) {
     store.next = header;
@@ -187,10 +188,11 @@ const HEARD = {
   error(header) {
     element("trouble").textContent = header.words;
     element("trouble").hidden = false;
-    tell("", 0);
+    store.inLine = "";
+    rest();
   },
   saved(header) {
-    if (!store.task) tell("", 0);
+    if (!store.task) rest();
     element("saved").textContent = header.words;
     element("saved").hidden = false;
     setTimeout(() => (element("saved").hidden = true), 9000);
@@ -224,7 +226,19 @@ function tell(words, share) {
   element("progress").querySelector("i").style.setProperty("--share", percent(share ?? 0).replace(" ", ""));
 }
 
-for (const name of ["undo", "redo", "fit", "search", "reset"]) element(name).onclick = () => send({ do: name });
+const inLine = () => (store.inLine ? `${store.inLine} waits for what was asked before …` : "");
+
+/** Nothing is on its way but what waits for its turn. */
+const rest = () => tell(inLine(), 0);
+
+for (const name of ["undo", "redo", "reset"]) element(name).onclick = () => send({ do: name });
+for (const name of ["fit", "search"]) {
+  element(name).onclick = () => {
+    send({ do: name });
+    store.inLine = name;
+    rest();
+  };
+}
 element("stop").onclick = () => {
   send({ do: "stop" });
   store.isStopping = true;
@@ -233,6 +247,7 @@ element("stop").onclick = () => {
 for (const what of SAVED) element(`save-${what}`).onclick = () => send({ do: "save", what });
 element("kind").onchange = choose;
 element("add").onclick = () => add(null);
+element("trouble").onclick = () => (element("trouble").hidden = true);
 
 document.addEventListener("keydown", (event) => {
   if (!(event.ctrlKey || event.metaKey) || event.target.matches("input[type=text]")) return;
@@ -244,6 +259,7 @@ document.addEventListener("keydown", (event) => {
 
 // What holds this page gives it the height that it needs.
 if (location.protocol === "about:") {
+  document.body.classList.add("held");
   new ResizeObserver(() => {
     if (window.frameElement) window.frameElement.style.height = `${document.body.scrollHeight + 2}px`;
   }).observe(document.body);
@@ -266,6 +282,7 @@ theme(dark.matches);
 const link = linked(
   (header) => (store.model || header.is === "model") && HEARD[header.is]?.(header), // others may stream already
   (isThere) => {
+    store.inLine = "";
     element("trouble").hidden = isThere;
     if (!isThere) element("trouble").textContent = "The program behind this page does not answer. It goes on once it is back: run the command again.";
   },

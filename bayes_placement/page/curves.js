@@ -41,8 +41,7 @@ export class Curves {
   }
 
   legend() {
-    const names = ["measured", ...CURVES.map((curve) => curve.name).filter((name) => this.store.curves[name])];
-    renew(element("legend"), ...names.map((name) => this.toggle(name)));
+    renew(element("legend"), ...["measured", ...CURVES.map((curve) => curve.name)].map((name) => this.toggle(name)));
   }
 
   toggle(name) {
@@ -54,12 +53,13 @@ export class Curves {
       this.legend();
       this.setData();
     };
+    const isKnown = !curve || name in this.store.curves; // others keep the place of those that come
     const label = this.named(name);
-    return make("button", { "aria-pressed": String(!this.hidden.has(name)), onclick: press }, swatch, label);
+    return make("button", { "aria-pressed": String(isKnown && !this.hidden.has(name)), disabled: !isKnown, title: label, onclick: press }, swatch, label);
   }
 
   named(name) {
-    return this.store.curves[name]?.title || (name === "now" ? "as it stands" : name);
+    return name === "now" ? "as it stands" : this.store.curves[name]?.title || name;
   }
 
   /** Make the charts of all shown channels anew. */
@@ -75,9 +75,10 @@ export class Curves {
   channel(pair) {
     const { sensor, actuator, level } = this.store.model.pairs[pair];
     const title = `${sensor} / ${actuator}${level === null ? "" : `, ${level} N`}`;
-    const readout = make("span", { class: "readout" });
-    const box = make("div", { class: "chart" }, make("h3", {}, title, readout));
     const quantities = this.view === "Nyquist" ? ["nyquist"] : [...VIEWS[this.view], "error"];
+    const cells = quantities.length === 1 ? [] : Array.from({ length: CURVES.length + 3 }, () => make("span"));
+    const readout = make("div", { class: "readout" }, ...cells); // its place is kept while the cursor is elsewhere
+    const box = make("div", { class: "chart" }, make("h3", {}, title), readout);
     for (const quantity of quantities) {
       const holder = quantity === "nyquist" ? make("canvas", { class: "nyquist" }) : make("div");
       box.append(holder);
@@ -278,27 +279,27 @@ export class Curves {
     for (const chart of this.charts) {
       if (!chart.plot || seen.has(chart.readout)) continue;
       seen.add(chart.readout);
-      chart.readout.replaceChildren(...(line === null || line === undefined ? [] : this.words(chart, line)));
+      const words = line === null || line === undefined ? [] : this.words(chart, line);
+      [...chart.readout.children].forEach((cell, i) => cell.replaceChildren(...(words[i] ?? [])));
     }
   }
 
+  /** What the cells of a readout hold: each a value, then its name, of which the end may be cut. */
   words(chart, line) {
     const { model, curves } = this.store;
     const unit = model.unit.slice(model.unit.lastIndexOf("[") + 1, -1);
-    if (chart.quantity === "coherence") return [`${three(model.frequency[line])} Hz · coherence ${rowOf(model.coherence, chart.pair)[line].toPrecision(4)}`];
     const at = (array) => drawn(chart.quantity, partsOf(array, chart.pair))[line];
-    const words = [`${three(model.frequency[line])} Hz`];
     const value = (name, variable, number) => {
-      const shown = make("b", {}, `${number === null ? "–" : number.toPrecision(4)}`);
+      const shown = make("b", {}, `${number === null ? "–" : number.toPrecision(4)} ${unitOf(chart.quantity, unit)}`);
       shown.style.setProperty("--swatch", `var(${variable})`);
-      words.push(` · ${name} `, shown);
+      return [shown, ` ${name}`];
     };
-    value("measured", "--data", at(model.measured));
-    for (const { name, colour: variable } of CURVES) {
-      if (curves[name] && !this.hidden.has(name)) value(this.named(name), variable, at(curves[name].predicted));
-    }
-    words.push(` ${unitOf(chart.quantity, unit)} · error ${three(rowOf(curves.now.error, chart.pair)[line])} σ`);
-    return words;
+    const frequency = [make("b", {}, `${three(model.frequency[line])} Hz`)];
+    if (chart.quantity === "coherence") return [frequency, [`coherence ${rowOf(model.coherence, chart.pair)[line].toPrecision(4)}`]];
+    const error = [make("b", {}, `${three(rowOf(curves.now.error, chart.pair)[line])} σ`), " error"];
+    const shown = CURVES.filter(({ name }) => curves[name] && !this.hidden.has(name));
+    const values = shown.map(({ name, colour: variable }) => value(this.named(name), variable, at(curves[name].predicted)));
+    return [frequency, error, value("measured", "--data", at(model.measured)), ...values];
   }
 
   resize() {

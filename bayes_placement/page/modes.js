@@ -19,7 +19,9 @@ export class Modes {
     element("mode-list").hidden = this.isOpen;
     element("modes").setAttribute("aria-pressed", String(this.isOpen));
     this.move(null);
-    if (this.isOpen) this.ask();
+    if (!this.isOpen) return;
+    if (!this.store.modes) element("mode-list").replaceChildren(make("p", { class: "hint" }, "The modes are computed …"));
+    this.ask();
   }
 
   /** Those of another state are asked for, where the list is open. */

@@ -20,9 +20,14 @@ export class Steps {
     const pane = element("script");
     pane.textContent = script;
     pane.scrollTop = pane.scrollHeight; // its last line is the newest
-    const row = this.list.querySelector(".current");
-    if (row) this.list.scrollTop = row.offsetTop - this.list.offsetTop - (this.list.clientHeight - row.clientHeight) / 2;
+    this.see(this.list.querySelector(".current"));
     this.draw();
+  }
+
+  /** Scroll the list to a row, unless it is seen: rows stay under the hand. */
+  see(row) {
+    const top = row ? row.offsetTop - this.list.offsetTop - this.list.scrollTop : 0;
+    if (row && (top < 0 || top + row.clientHeight > this.list.clientHeight)) this.list.scrollTop += top - (this.list.clientHeight - row.clientHeight) / 2;
   }
 
   row(step, number, current, path) {

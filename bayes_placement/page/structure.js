@@ -39,7 +39,7 @@ export class StructurePanel {
     this.best = kinds.find((kind) => kind.acts_on === this.kind) ?? kinds[0];
     this.kind = this.best?.acts_on ?? null;
     if (this.kind && this.kind !== this.told) this.act.port((this.told = this.kind));
-    const [means, words] = this.store.beside ? [HELD, "preview: any law, all else held"] : [BOUND, "upper bound: any law, all else refitted"];
+    const [means, words] = this.store.beside ? [HELD, `${nameOf(this.store.beside)}: preview, any law, all else held`] : [BOUND, "upper bound: any law, all else refitted"];
     const isByAny = kinds.some((kind) => kind.any_law !== undefined);
     renew(
       element("kinds"),
@@ -48,7 +48,7 @@ export class StructurePanel {
           this.kind = kind.acts_on;
           this.reached();
         };
-        const label = `${NAMES[kind.acts_on] ?? kind.acts_on} ${inWords(kind)}`;
+        const label = `${nameOf(kind)} ${percent(kind.any_law ?? kind.few_numbers)}`;
         const title = kind.any_law !== undefined ? means : `${kind.law_in_words}: removes ${percent(kind.few_numbers)} of the misfit, probability ${kind.best.probability.toPrecision(2)}`;
         return make("button", { "aria-pressed": String(kind.acts_on === this.kind), title, onclick: press }, label);
       }),
@@ -351,6 +351,8 @@ export class StructurePanel {
     this.draw();
   }
 }
+
+const nameOf = (kind) => NAMES[kind.acts_on] ?? kind.acts_on;
 
 /** How much of the misfit a law removes; in a preview, what any law could. */
 const inWords = (kind) => (kind.any_law === undefined ? percent(kind.few_numbers) : `any law ${percent(kind.any_law)}`);

@@ -1,4 +1,4 @@
-"""Fetch what the page is drawn with, by version and hash: `python -m ...explorer.vendored`."""
+"""Fetch what the page is drawn with, by version and hash: run by `python -m`, as a module."""
 
 import hashlib
 import subprocess

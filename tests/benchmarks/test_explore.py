@@ -47,7 +47,7 @@ BANDS = """async () => {
     over.dispatchEvent(new MouseEvent(kind, { ...place, bubbles: true, view: window, button: 0 }));
   };
   const { dataset } = document.body;
-  const words = () => document.querySelector("#kinds").textContent;
+  const words = () => document.querySelector("#by-any").textContent;
   const laps = [];
   at("mousemove", 0.1);
   at("mousedown", 0.1);

@@ -66,6 +66,10 @@ def test_a_cell_shows_the_page_and_its_messages_go_over_the_kernel(opened, brows
     wait_until(lambda: opened.session.current == 1)
     wait_until(lambda: chi2.inner_text() != first)
     assert opened.session.model.values["structure.damping.ratio"] == pytest.approx(0.025)
+    opened._server.page.tell("error", words="It failed.")
+    trouble = inner.locator("#trouble")
+    wait_until(trouble.is_visible)
+    assert trouble.bounding_box()["y"] < cell.viewport_size["height"] / 2  # not at the far end
     widget._handle_custom_msg('{"do": "eval"}', [])  # is left
     assert "application/vnd.jupyter.widget-view+json" in opened._repr_mimebundle_()[0]
 

@@ -1,5 +1,8 @@
 """What a person does on the page, in a browser: the page and Python agree, nothing hangs."""
 
+from functools import partial
+from threading import Event
+
 import pytest
 from hypothesis import HealthCheck, Phase, settings
 from hypothesis import strategies as st
@@ -144,6 +147,20 @@ def test_what_went_wrong_is_told_until_the_next_step(explorer, page):
     page.locator("#add").click()
     page.locator("fieldset.effect").wait_for()
     assert page.locator("#trouble").is_hidden()
+
+
+def test_a_search_that_has_to_wait_says_so(explorer, page):
+    server, started, earlier = explorer._server, Event(), Event()
+    server._turns.submit(started.wait, 10.0)
+    server._post(partial(server.page.tell_curves, "now", explorer.session.model))
+    server._post(partial(server.page.tell, "busy", words="It is compiled."))
+    server._post(partial(earlier.wait, 10.0))
+    page.locator("#search").click()
+    page.locator("#progress", has_text="search waits").wait_for(timeout=5000)
+    started.set()
+    page.locator("#progress", has_text="compiled. search waits").wait_for(timeout=5000)
+    earlier.set()
+    page.locator("#progress", has_text="search …").wait_for()
 
 
 def test_what_is_pressed_by_keys_keeps_the_focus(page):

@@ -217,8 +217,9 @@ def test_the_page_is_told_the_model_and_follows_moves(page):
         assert back["chi2"] == drawn["chi2"]
         await socket.send(json.dumps({"do": "set", "values": {"nobody": 1.0}}))
         await socket.send(json.dumps({"do": "remove", "effect": "nobody"}))
+        await socket.send(json.dumps({"do": "add", "kind": "nobody", "number": 1, "at": None}))
         error, _ = await heard(socket, "error")
-        assert 'no effect "nobody"' in error["words"]
+        assert "nobody" in error["words"] and "leave out" not in error["words"]
         assert len(page.session.states) == 2
 
     talk(page, play)
