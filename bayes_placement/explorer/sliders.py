@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 from numpyro.distributions import Distribution
+from numpyro.distributions.transforms import AffineTransform, ExpTransform
 
 from .._shared.compiled import compiled
 from .._shared.ranges import described, ends
@@ -43,9 +44,11 @@ class Slider(NamedTuple):
     low: float
     high: float
     """Ends of its range, in SI."""
+    origin: float
     is_logarithmic: bool
+    """Whether the range is divided by factors, of the distance from a number, in SI."""
     is_whole: bool
-    """Whether the range is divided by factors; whether only whole numbers are meant."""
+    """Whether only whole numbers are meant."""
     prior: str
     """The prior in words."""
     density: list[float]
@@ -64,11 +67,11 @@ def sliders(experiment: Experiment) -> list[Slider]:
 
 def _sliders(unknown: Unknown) -> Iterator[Slider]:
     prior = unknown.distribution
-    low, high = (_flat(end, prior) for end in _range(prior))
+    low, high, origins = (_flat(each, prior) for each in (*_range(prior), _origin(prior)))
     for number in range(int(np.prod(prior.shape(), initial=1))):
-        least, most = float(low[number]), float(high[number])
-        is_wide = bool(least > 0 and most / least > WIDE)
-        size = np.sqrt(least * most) if is_wide else max(abs(least), abs(most))
+        least, most, origin = float(low[number]), float(high[number]), float(origins[number])
+        is_wide = bool(least > origin and (most - origin) / (least - origin) > WIDE)
+        size = np.sqrt(least * most) if is_wide and least > 0 else max(abs(least), abs(most))
         unit = readable(unknown.unit, unknown.field, size)
         suffix = f"[{number}]" if prior.shape() else ""
         component = f" {unknown.component}" if unknown.component else ""
@@ -81,15 +84,23 @@ def _sliders(unknown: Unknown) -> Iterator[Slider]:
             factor=unit.factor,
             low=least,
             high=most,
+            origin=origin,
             is_logarithmic=is_wide,
             is_whole=is_finite(prior),
             prior=described(prior),
-            density=_density(prior, number, _points(least, most, is_wide), is_wide),
+            density=_density(prior, number, _points(least, most, origin, is_wide), origin, is_wide),
         )
 
 
 def _flat(end: Any, prior: Distribution) -> np.ndarray:
     return np.ravel(np.broadcast_to(np.asarray(end, dtype=float), prior.shape()))
+
+
+def _origin(prior: Distribution) -> Any:
+    """The number from which a prior goes by factors: -1 of -1 + exp(...), as of a gain."""
+    before, last = ([None, None, *getattr(prior, "transforms", [])])[-2:]
+    goes_on = isinstance(before, ExpTransform) and isinstance(last, AffineTransform)
+    return last.loc if goes_on else 0.0
 
 
 def _range(prior: Distribution) -> tuple[Any, Any]:
@@ -108,12 +119,18 @@ def _range(prior: Distribution) -> tuple[Any, Any]:
         return np.maximum(middle - spread, low), np.minimum(middle + spread, high)
 
 
-def _points(low: float, high: float, is_wide: bool) -> Float[np.ndarray, "point"]:
-    return np.geomspace(low, high, POINTS) if is_wide else np.linspace(low, high, POINTS)
+def _points(low: float, high: float, origin: float, is_wide: bool) -> Float[np.ndarray, "point"]:
+    if is_wide:
+        return origin + np.geomspace(low - origin, high - origin, POINTS)
+    return np.linspace(low, high, POINTS)
 
 
 def _density(
-    prior: Distribution, number: int, points: Float[np.ndarray, "point"], is_wide: bool
+    prior: Distribution,
+    number: int,
+    points: Float[np.ndarray, "point"],
+    origin: float,
+    is_wide: bool,
 ) -> list[float]:
     """Density along a range, of a range of factors by the logarithm."""
     if is_finite(prior):
@@ -123,7 +140,7 @@ def _density(
     values = np.broadcast_to(middle, (len(points), *shape)).reshape(len(points), -1).copy()
     values[:, number] = points
     log_density = np.asarray(compiled(_log_densities)(prior, values.reshape(-1, *shape)))
-    log_density = log_density + np.log(points) * is_wide if is_wide else log_density
+    log_density = log_density + np.log(points - origin) if is_wide else log_density
     inside = np.where(np.isfinite(log_density), log_density, -np.inf)
     height = np.exp(inside - inside.max()) if np.isfinite(inside).any() else 0 * points
     return [round(float(each), 3) for each in height]

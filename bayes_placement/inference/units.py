@@ -18,6 +18,9 @@ MULTIPLES = {
 }
 """By SI unit: from which size on a factor and a unit are taken."""
 
+POWERS = str.maketrans("234", "²³⁴")
+"""Powers of units as people write them: kg/m³."""
+
 SMALL, LARGE = 1e-4, 1e6
 """Sizes below and from which a number is written with a power of ten, a small one unless its digits
 end before."""
@@ -79,7 +82,11 @@ def readable(unit: str, field: str, size: float) -> ReadableUnit:
     """
     if unit in ("", "1"):
         return ReadableUnit(100.0, "%") if field in PERCENT else ReadableUnit(1.0, "")
-    steps = [step for step in MULTIPLES.get(unit, ((0.0, 1.0, unit),)) if size >= step[0]]
+    steps = [
+        step
+        for step in MULTIPLES.get(unit, ((0.0, 1.0, unit.translate(POWERS)),))
+        if size >= step[0]
+    ]
     _, factor, name = steps[-1]
     return ReadableUnit(factor, name)
 

@@ -86,15 +86,15 @@ class Row {
   }
 
   value() {
-    const { low, high, is_logarithmic: isLogarithmic, is_whole: isWhole } = this.slider;
+    const { low, high, origin, is_logarithmic: isLogarithmic, is_whole: isWhole } = this.slider;
     const share = this.range.value / this.range.max;
     if (isWhole) return low + Number(this.range.value);
-    return isLogarithmic ? low * (high / low) ** share : low + share * (high - low);
+    return isLogarithmic ? origin + (low - origin) * ((high - origin) / (low - origin)) ** share : low + share * (high - low);
   }
 
   share(value) {
-    const { low, high, is_logarithmic: isLogarithmic } = this.slider;
-    return isLogarithmic ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low || 1);
+    const { low, high, origin, is_logarithmic: isLogarithmic } = this.slider;
+    return isLogarithmic ? Math.log((value - origin) / (low - origin)) / Math.log((high - origin) / (low - origin)) : (value - low) / (high - low || 1);
   }
 
   take(value) {

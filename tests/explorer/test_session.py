@@ -208,6 +208,15 @@ def test_sliders_have_the_ranges_of_the_priors():
     np.testing.assert_allclose(mass.density, 1.0, atol=2e-3)
 
 
+def test_a_gain_is_divided_by_factors_of_the_distance_from_its_end():
+    experiment = added(EXPERIMENT, "gain_error", 1).applied_to(
+        Session(EXPERIMENT, MEASUREMENT).model
+    )
+    error = next(s for s in sliders(experiment.experiment) if s.owner == "gain_error")
+    assert error.is_logarithmic and error.origin == -1.0 < error.low < 0.0 < error.high
+    assert error.density.index(1.0) == len(error.density) // 2  # no error is in the middle
+
+
 def test_a_number_that_is_negative_has_the_unit_of_its_size():
     lighter = EXPERIMENT + bp.effects.point_mass(0.3, dist.Uniform(-0.5, -0.01))
     mass = {slider.name: slider for slider in sliders(lighter)}["structure.effects.point_mass.mass"]

@@ -51,7 +51,7 @@ def test_three_peaks_are_three():
         ("1", "gain", 1.02, ReadableUnit(1.0, "")),
         ("kg", "mass", 0.5, ReadableUnit(1.0, "kg")),
         ("kg", "mass", 0.004, ReadableUnit(1e3, "g")),
-        ("kg/m3", "density", 9000.0, ReadableUnit(1.0, "kg/m3")),
+        ("kg/m3", "density", 9000.0, ReadableUnit(1.0, "kg/m³")),
         ("s", "delay", 3e-5, ReadableUnit(1e6, "µs")),
     ],
 )

@@ -62,7 +62,7 @@ def test_a_mass_that_moves_modes_less_than_the_model_errs_is_new_where_it_is():
 def test_one_state_of_modes_does_not_tell_a_change_from_an_error():
     later = observing(state(1)).with_model_error(bp.model_error.Embedded())
     words = "modes of this one state, which do not tell"
-    exact = null_hypothesis(later.with_errors(None), later.observe.stated())
+    exact = null_hypothesis(later.with_errors(None), later.observe.own_data())
     assert not any(words in sentence for sentence in cautions_of_fit(exact))
     alone = with_errors(exact, later.model_error)
     assert any(words in sentence for sentence in cautions_of_fit(alone))

@@ -44,8 +44,8 @@ def _recommendation(saved: Saved) -> str:
         )
     if saved.ledger.get("verdict"):
         return (
-            "Recommended: take what was found into the model (`bayes-placement improve MODEL "
-            "--save NEW`), and confirm it by an inspection of that place."
+            "Recommended: take what was found into the model (bayes-placement improve MODEL "
+            "--save NEW), and confirm it by an inspection of that place."
         )
     if not saved.ledger:
         return ""
