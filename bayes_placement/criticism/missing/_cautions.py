@@ -7,12 +7,15 @@ from scipy.special import ndtri
 
 from ..._shared import advice
 from ..._shared.sites import Role
+from ...effects.library import kind_of
+from ...effects.over import OverExtent
 from ...inference.engines.about_mode import SampledPosterior
 from ...inference.engines.levenberg_marquardt import APART
 from ...inference.estimates import scalars
 from ...inference.results import outputs
+from ...inference.units import percent
 from ..check._edges import EDGE, sentence
-from ._estimates import laplace
+from ._estimates import drawn_places, laplace
 from ._hypotheses import Hypothesis
 from .table import AS_STATED
 
@@ -35,6 +38,7 @@ def cautions_of_fit(hypothesis: Hypothesis) -> tuple[str, ...]:
         *_sizes_at_bounds(hypothesis),
         *_as_good_elsewhere(hypothesis),
         *_reached_once(hypothesis),
+        *_nearly_everywhere(hypothesis),
         *_outliers(hypothesis),
     )
 
@@ -111,6 +115,24 @@ def _reached_once(hypothesis: Hypothesis) -> Iterator[str]:
             f"Only one of {len(hypothesis.near)} starts reached the best fit, so a better one may "
             f"exist; {advice.BEGUN_AT_MORE.python} begins at more."
         )
+
+
+def _nearly_everywhere(hypothesis: Hypothesis) -> Iterator[str]:
+    """Say so where a law acts all over the structure but for what is one place at each end."""
+    experiment, added = hypothesis.problem.experiment, {each.name for each in hypothesis.effects}
+    bounds = np.atleast_2d(np.transpose(experiment.structure.modes.bounds()))
+    size = bounds[:, 1] - bounds[:, 0]
+    for effect in experiment.effects:
+        if not isinstance(effect, OverExtent) or effect.name not in added:
+            continue
+        begin, end = (np.mean(place, axis=0) for place in drawn_places(effect, hypothesis))
+        share = np.min(((end - begin) / np.where(size > 0, size, np.nan))[size > 0])
+        if share > 1 - 2 * AS_STATED.one_place:
+            yield (
+                f"{kind_of(effect)} acts on {percent(float(share))} of the structure: its "
+                "supports, dimensions or material may be what differs from the model. Look at "
+                "these first."
+            )
 
 
 def _outliers(hypothesis: Hypothesis) -> Iterator[str]:

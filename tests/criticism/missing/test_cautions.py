@@ -63,6 +63,18 @@ def test_a_model_error_as_large_as_its_prior_allows_is_doubted(fitted):
     )
 
 
+@pytest.mark.parametrize(("extent", "is_told"), [(0.85, True), (0.3, False)])
+def test_a_law_nearly_everywhere_is_told_as_that(extent, is_told):
+    known = experiment().fix({name: value for name, value in TRUTH.items() if name != RATIO})
+    bed = bp.effects.foundation(0.5, extent, dist.LogUniform(1e5, 1e9))
+    data = (known + bed).data(measured(bp.effects.foundation(0.5, extent, 1e7)))
+    null = null_hypothesis(known + bed, data)
+    told = cautions(replace(null, effects=(bed,)), None)
+    assert [words.startswith("foundation acts on 85 % of the structure: ") for words in told] == (
+        [True] * is_told
+    )
+
+
 def test_a_mirror_image_that_fits_as_well_is_named():
     """A mass on a bar that is driven and read in its middle."""
     known = experiment().fix(TRUTH)
