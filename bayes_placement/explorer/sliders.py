@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
-from numpyro.distributions import Distribution
+from numpyro.distributions import Distribution, TransformedDistribution
 from numpyro.distributions.transforms import AffineTransform, ExpTransform
 
 from .._shared.compiled import compiled
@@ -46,7 +46,7 @@ class Slider(NamedTuple):
     """Ends of its range, in SI."""
     origin: float
     is_logarithmic: bool
-    """Whether the range is divided by factors, of the distance from a number, in SI."""
+    """Whether the range is divided by factors, of the distance from the origin, in SI."""
     is_whole: bool
     """Whether only whole numbers are meant."""
     prior: str
@@ -98,9 +98,10 @@ def _flat(end: Any, prior: Distribution) -> np.ndarray:
 
 def _origin(prior: Distribution) -> Any:
     """The number from which a prior goes by factors: -1 of -1 + exp(...), as of a gain."""
-    before, last = ([None, None, *getattr(prior, "transforms", [])])[-2:]
-    goes_on = isinstance(before, ExpTransform) and isinstance(last, AffineTransform)
-    return last.loc if goes_on else 0.0
+    match prior:
+        case TransformedDistribution(transforms=[*_, ExpTransform(), AffineTransform() as last]):
+            return last.loc
+    return 0.0
 
 
 def _range(prior: Distribution) -> tuple[Any, Any]:

@@ -212,6 +212,7 @@ def test_taking_out_an_element_keeps_the_numbers_of_the_others():
 
 
 EACH = 3
+"""Of so many networks one is tried, and all by `-m longest`."""
 GROUNDED = [tree for tree in networks(3) if is_grounded(tree)]
 OMEGA = np.geomspace(0.03, 30.0, 40) * np.exp(-1j * np.pi / 6)  # no law has a pole there
 

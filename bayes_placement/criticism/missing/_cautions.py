@@ -126,7 +126,7 @@ def _nearly_everywhere(hypothesis: Hypothesis) -> Iterator[str]:
         if not isinstance(effect, OverExtent) or effect.name not in added:
             continue
         begin, end = (np.mean(place, axis=0) for place in drawn_places(effect, hypothesis))
-        share = np.min(((end - begin) / np.where(size > 0, size, np.nan))[size > 0])
+        share = np.min((end - begin)[size > 0] / size[size > 0])
         if share > 1 - 2 * AS_STATED.one_place:
             yield (
                 f"{kind_of(effect)} acts on {percent(float(share))} of the structure: its "
