@@ -152,8 +152,11 @@ class ResidualsOfState:
         """Residuals of experiments of this form: one function for all hypotheses that share it."""
         form = self._batch.outcome(self._any_values).form
         shared, data = form.shared(self._declared), self._state.data
+        # With many ports the matrices of one point fill the cache of a core, those of a batch
+        # memory that is new at each call.
+        takes_long = any(effect.tried_last for effect in self._state.experiment.effects)
         return compiled(_residuals).bound(
-            form.apart_from_declared(), shared, data, effort=self._effort
+            form.apart_from_declared(), shared, data, takes_long, effort=self._effort
         )
 
 
@@ -197,14 +200,19 @@ def coordinates_of(
 
 
 def _residuals(
-    form: Form, shared: Sequence[Any], data: Data, numbers: Sequence[Array], logarithmic: Any
+    form: Form,
+    shared: Sequence[Any],
+    data: Data,
+    one_by_one: bool,
+    numbers: Sequence[Array],
+    logarithmic: Any,
 ) -> tuple[Array, Array]:
     """Residuals of a batch of experiments, all their numbers being inputs."""
 
     def of(numbers: Sequence[Array]) -> tuple[Array, Array]:
         return standardised_residual(form.filled(numbers, shared), data, logarithmic)
 
-    return jax.vmap(of)(numbers)
+    return jax.lax.map(of, numbers) if one_by_one else jax.vmap(of)(numbers)
 
 
 def _at_points(

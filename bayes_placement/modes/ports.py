@@ -21,7 +21,10 @@ from .points import Points, along
 Coordinates = Float[Array, "*coordinate"]
 
 POLYNOMIALS, POLYNOMIALS_OF_EDGE = 16, 5
-"""Legendre polynomials over a segment, and over an edge of a box: a half-wave needs about two."""
+"""Legendre polynomials over a segment, and over an edge of a box: a half-wave needs about two.
+
+Products of those of the edges of a box are taken up to the same degree in all.
+"""
 
 NODES, NODES_OF_EDGE = 128, 7
 """Gauss nodes, many since the flexibility of a bar has a kink where two places meet."""
@@ -225,9 +228,11 @@ def _box(middle: Any, extent: Any) -> tuple[Any, Means, Float[Array, ""]]:
     point = np.zeros(1), np.ones((1, 1))
     edges = [point if zero else _means(POLYNOMIALS_OF_EDGE, NODES_OF_EDGE) for zero in flat]
     nodes = [node for node, _ in edges]
-    means = np.ones((1, 1))
+    means, degree = np.ones((1, 1)), np.zeros(1, dtype=int)
     for _, of_edge in edges:
         means = np.kron(means, of_edge)
+        degree = np.add.outer(degree, np.arange(len(of_edge))).ravel()
+    means = means[degree < POLYNOMIALS_OF_EDGE]
     offsets = np.stack(np.meshgrid(*nodes, indexing="ij"), axis=-1).reshape(-1, 3) / 2
     sizes = jnp.stack([jnp.asarray(0.0 if edge is None else edge, float) for edge in extent])
     return middle + offsets * sizes, means, jnp.ones(())
