@@ -21,15 +21,18 @@ from ...inference.engines.empirical_bayes import DECREASING_ERRORS, Rival
 from ...inference.residuals import Problem
 from ...inference.residuals_of_state import State
 from ..kept_fits import NO_RIVAL, kept_with_sizes
-from ._fitted_candidates import extended
+from ._fitted_candidates import extended, fits_against, only_scanned
 from ._hypotheses import Hypothesis, finite, null_hypothesis, rival_among, with_errors
 from ._networks import LawsBeside, laws_beside_best, with_networks, with_other_laws
-from ._posterior_odds import Comparison, passes, wants_more_effects
+from ._posterior_odds import Comparison, explains, passes, wants_more_effects
 from ._repeated import may_be_added, named_alike
-from ._scanned_candidates import ScannedCandidate, Tick, fitted, promising, scanned
+from ._scanned_candidates import ScannedCandidate, Tick, promising
 from ._screen import worth_fitting
 from ._search import NARROW, VARIANTS_WITH_ERRORS
 from ._so_far import Seen
+
+AT_FIRST = 2
+"""Most promising effects, fitted before all that is given up far behind the best."""
 
 
 def state_of(experiment: Experiment, measurement: Measurements) -> State:
@@ -77,16 +80,15 @@ def compared_with_baseline(
     """
     unchanged = over_both(later, earlier, before)
     variants = dict(Counter(map(kind_of, tried.effects)))
-    candidates = list(scanned([(unchanged, effect) for effect in tried.effects], tick))
-    first, *runners_up = promising(candidates, VARIANTS_WITH_ERRORS)
-    singles = [fitted(first)]
-    # The misfit without any effect is reported, so that it is fitted further than a mere rival.
-    rival = rival_among(singles)._replace(with_small_error=-np.inf, evidence=-np.inf)
-    null = nothing_new(unchanged, rival)
-    seen(Comparison([null], variants))
-    for candidate in _worth_fitting(Comparison([null], variants), runners_up, level):
-        singles.append(fitted(candidate, rival_among([null, *singles])))
-    comparison = Comparison([null, *finite(singles)], variants, candidates)
+    first = [effect for effect in tried.effects if not effect.tried_last]
+    last = [effect for effect in tried.effects if effect.tried_last]
+    comparison = _singles(unchanged, first or last, variants, level, tick, seen)
+    null = comparison.of(())
+    if first and last and not explains(comparison.best(), level):
+        candidates = only_scanned([(unchanged, effect) for effect in last], tick)
+        singles = _fitted(comparison, candidates, level)
+        comparison = comparison.with_hypotheses(singles)
+        comparison = comparison._replace(candidates=[*comparison.candidates, *candidates])
     if tried.networks:
         comparison = with_networks(comparison, LawsBeside(null, tick, unchanged))
     seen(comparison)
@@ -108,6 +110,34 @@ def compared_with_baseline(
         comparison = with_other_laws(comparison, tick)
         seen(comparison)
     return unchanged, comparison
+
+
+def _singles(
+    unchanged: Hypothesis,
+    effects: Sequence[Effect],
+    variants: dict[str, int],
+    level: float,
+    tick: Tick,
+    seen: Seen,
+) -> Comparison:
+    """Nothing new, and each of some effects: the most promising variants of each kind."""
+    candidates = only_scanned([(unchanged, effect) for effect in effects], tick)
+    chosen = promising(candidates, VARIANTS_WITH_ERRORS)
+    best = fits_against(chosen[:AT_FIRST], NO_RIVAL)
+    # The misfit without any effect is reported, so that it is fitted further than a mere rival.
+    rival = rival_among(best)._replace(with_small_error=-np.inf, evidence=-np.inf)
+    null = nothing_new(unchanged, rival)
+    comparison = Comparison([null, *finite(best)], variants, candidates)
+    seen(comparison)
+    return comparison.with_hypotheses(_fitted(comparison, chosen[AT_FIRST:], level))
+
+
+def _fitted(
+    comparison: Comparison, candidates: Sequence[ScannedCandidate], level: float
+) -> list[Hypothesis]:
+    """Fits of single effects that were scanned, those far behind the best given up."""
+    chosen = _worth_fitting(comparison, promising(candidates, VARIANTS_WITH_ERRORS), level)
+    return finite(fits_against(chosen, rival_among(comparison.hypotheses)))
 
 
 def refitted_effects(
@@ -181,7 +211,7 @@ def _worth_fitting(
     comparison: Comparison, candidates: list[ScannedCandidate], level: float
 ) -> list[ScannedCandidate]:
     """Single effects to be fitted: where both states agree, those that may still be new."""
-    (null,) = comparison.hypotheses
+    null = comparison.of(())
     if not passes(null, level):
         return candidates
     at_best_places = [_at_best_place(null, candidate) for candidate in candidates]

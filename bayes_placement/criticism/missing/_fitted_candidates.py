@@ -15,8 +15,10 @@ import pandas as pd
 from ..._shared.parts import nothing
 from ...effects.effect import Effect
 from ...effects.library import kind_of
+from ...inference.engines.empirical_bayes import Rival
 from ...inference.residuals import Problem
 from ..fits_in_processes import fitted_in_processes
+from ..kept_fits import NO_RIVAL
 from ._at_channels import data_changed
 from ._hypotheses import Hypothesis, finite
 from ._scan import MOST, Scan
@@ -99,22 +101,42 @@ def fits_of_channels(
     for each in promising(of_channels, most):
         if may_win(changed[id(each)]):
             chosen[kind_of(each.effect)].append(each)
+    groups = list(chosen.values())
+    return finite(each for fits in _fits_of(groups, NO_RIVAL) for each in fits)
+
+
+def fits_against(candidates: Sequence[ScannedCandidate], rival: Rival) -> list[Hypothesis]:
+    """Fit candidates that were scanned, in their order; with model error, see `with_errors`."""
+    return [fit for (fit,) in _fits_of([[candidate] for candidate in candidates], rival)]
+
+
+def _fits_of(groups: Sequence[Sequence[ScannedCandidate]], rival: Rival) -> list[list[Hypothesis]]:
+    """Fits of groups of candidates, of each group in one process."""
     tasks = [
-        ([(each.base, each.effect) for each in of_kind], [each.scan for each in of_kind])
-        for of_kind in chosen.values()
+        ([(each.base, each.effect) for each in group], [each.scan for each in group], rival)
+        for group in groups
     ]
     fits = fitted_in_processes(_fits, tasks)
-    return finite(
-        _as_hypothesis(each, fit)
-        for of_kind, found in zip(chosen.values(), fits, strict=True)
-        for each, fit in zip(of_kind, found, strict=True)
-    )
+    return [
+        [_as_hypothesis(*pair) for pair in zip(group, found, strict=True)]
+        for group, found in zip(groups, fits, strict=True)
+    ]
 
 
-def _fits(pairs: Sequence[Pair], scans: Sequence[Scan]) -> list[FittedFields]:
-    """What one process finds of variants of one kind that were scanned."""
+def _fits(pairs: Sequence[Pair], scans: Sequence[Scan], rival: Rival) -> list[FittedFields]:
+    """What one process finds of candidates that were scanned."""
     known = [(*pair, scan) for pair, scan in zip(pairs, scans, strict=True)]
-    return [fitted_fields(fitted(ScannedCandidate(*each))) for each in known]
+    return [fitted_fields(fitted(ScannedCandidate(*each), rival)) for each in known]
+
+
+def only_scanned(pairs: Sequence[Pair], tick: Tick) -> list[ScannedCandidate]:
+    """Scan effects on hypotheses, in several processes, those of one kind in one."""
+    of_kinds = defaultdict(list)
+    for pair in pairs:
+        of_kinds[kind_of(pair[1])].append(pair)
+    points = points_of_scans(effect for _, effect in pairs)
+    tried = _tried([_Group(of_kind, 0) for of_kind in of_kinds.values()], points, tick)
+    return [candidate for candidate, _ in tried]
 
 
 def extended(

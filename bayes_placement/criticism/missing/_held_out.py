@@ -14,11 +14,15 @@ from ...experiment.noise import Covariance
 from ...inference.engines.least_squares import SquaresAndPrior
 from ...inference.engines.levenberg_marquardt import minimise
 from ...inference.residuals import Problem
+from ..fits_in_processes import fitted_in_processes
 from ..kept_fits import stored_or_computed
 from ._hypotheses import Hypothesis
 
 BLOCKS = 10
 """Blocks of neighbouring lines, of as many each."""
+
+PARTS = 4
+"""Groups of blocks that are given to processes."""
 
 STEPS = 12
 
@@ -44,12 +48,23 @@ def _scores(hypothesis: Hypothesis) -> Float[np.ndarray, "block"]:
     problem = hypothesis.problem
     measured = np.asarray(problem.data.measured).ravel()
     blocks = [problem.of_experiment(block & measured) for block in _blocks(problem)]
-    ratios = [
-        _evidence_ratio(hypothesis, block)
+    fitted = [
+        block
         for block in blocks
         if block.any() and (problem.of_experiment(measured) & ~block).any()
     ]
-    return np.array(ratios)
+    # A fit with a model error takes seconds; without, it is done before a process has begun.
+    parts = min(PARTS, len(fitted)) if hypothesis.has_errors else 1
+    tasks = [(hypothesis, fitted[part::parts]) for part in range(parts)]
+    fits = fitted_in_processes(_evidence_ratios, tasks)
+    ratios = np.zeros(len(fitted))
+    for part, of_part in enumerate(fits):
+        ratios[part::parts] = of_part
+    return ratios
+
+
+def _evidence_ratios(hypothesis: Hypothesis, blocks: list[np.ndarray]) -> list[float]:
+    return [_evidence_ratio(hypothesis, block) for block in blocks]
 
 
 def _blocks(problem: Problem) -> Iterator[np.ndarray]:
