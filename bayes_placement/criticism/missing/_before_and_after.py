@@ -28,11 +28,8 @@ from ._posterior_odds import Comparison, explains, passes, wants_more_effects
 from ._repeated import may_be_added, named_alike
 from ._scanned_candidates import ScannedCandidate, Tick, promising
 from ._screen import worth_fitting
-from ._search import NARROW, VARIANTS_WITH_ERRORS
+from ._search import AT_FIRST, NARROW, VARIANTS_WITH_ERRORS
 from ._so_far import Seen
-
-AT_FIRST = 2
-"""Most promising effects, fitted before all that is given up far behind the best."""
 
 
 def state_of(experiment: Experiment, measurement: Measurements) -> State:

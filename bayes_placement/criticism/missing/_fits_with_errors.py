@@ -4,24 +4,25 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ...experiment.model_error import ModalErrors
+from ...inference.engines.empirical_bayes import Rival
 from ..fits_in_processes import fitted_in_processes
 from ._fitted_candidates import FittedFields, fitted_fields
 from ._hypotheses import Hypothesis, problem_with_errors, with_errors
 
 
 def fitted_with_errors_in_processes(
-    exact: Sequence[Hypothesis], errors: ModalErrors
+    exact: Sequence[Hypothesis], errors: ModalErrors, rival: Rival
 ) -> list[Hypothesis]:
-    """Fit hypotheses with a model error, none of which is given up; see `with_errors`."""
-    tasks = [(hypothesis, errors) for hypothesis in exact]
+    """Fit hypotheses with a model error, see `with_errors`."""
+    tasks = [(hypothesis, errors, rival) for hypothesis in exact]
     return [
         _received(hypothesis, errors, fields)
         for hypothesis, fields in zip(exact, fitted_in_processes(_fields, tasks), strict=True)
     ]
 
 
-def _fields(exact: Hypothesis, errors: ModalErrors) -> FittedFields:
-    return fitted_fields(with_errors(exact, errors))
+def _fields(exact: Hypothesis, errors: ModalErrors, rival: Rival) -> FittedFields:
+    return fitted_fields(with_errors(exact, errors, rival))
 
 
 def _received(exact: Hypothesis, errors: ModalErrors, found: FittedFields) -> Hypothesis:

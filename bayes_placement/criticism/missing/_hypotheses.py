@@ -122,22 +122,18 @@ def with_errors(exact: Hypothesis, errors: ModalErrors, rival: Rival = NO_RIVAL)
 
     A hypothesis that stays far behind its rival is left as it is.
     """
-    return fitted_with_errors(exact, problem_with_errors(exact, errors), rival)
+    problem = problem_with_errors(exact, errors)
+    starts = np.zeros((len(exact.near), problem.dimension))
+    starts[:, : exact.problem.dimension] = exact.near  # errors are the last unknowns
+    sized = kept_with_sizes(problem, starts, decreasing_errors(problem, DECREASING_ERRORS), rival)
+    chi2 = exact.chi2_per_datum
+    return replace(exact, **vars(sized), has_errors=True, chi2_when_exact=chi2)
 
 
 def problem_with_errors(exact: Hypothesis, errors: ModalErrors) -> Problem:
     """Return the problem of a hypothesis with a model error."""
     before = exact.problem
     return Problem(before.experiment.with_errors(errors), before.data, baseline=before.baseline)
-
-
-def fitted_with_errors(exact: Hypothesis, problem: Problem, rival: Rival) -> Hypothesis:
-    """Fit a hypothesis in its problem with model error, see `with_errors`."""
-    starts = np.zeros((len(exact.near), problem.dimension))
-    starts[:, : exact.problem.dimension] = exact.near  # errors are the last unknowns
-    sized = kept_with_sizes(problem, starts, decreasing_errors(problem, DECREASING_ERRORS), rival)
-    chi2 = exact.chi2_per_datum
-    return replace(exact, **vars(sized), has_errors=True, chi2_when_exact=chi2)
 
 
 def decreasing_errors(problem: Problem, relative_errors: Sequence[float]) -> Sequence[float]:

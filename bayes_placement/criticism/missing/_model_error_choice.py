@@ -15,15 +15,7 @@ from ...effects.library import Library
 from ...experiment.experiment import Experiment
 from ...experiment.model_error import Embedded, ModalErrors
 from ...experiment.noise import Data
-from ...inference.engines.empirical_bayes import Rival
-from ._compiled_ahead import compiled_ahead
-from ._hypotheses import (
-    Hypothesis,
-    finite,
-    fitted_with_errors,
-    problem_with_errors,
-    rival_among,
-)
+from ._hypotheses import Hypothesis, finite, rival_among, takes_long
 from ._networks import laws_beside_best, with_networks, with_other_laws
 from ._posterior_odds import (
     Comparison,
@@ -37,6 +29,7 @@ from ._rows import row_with_sizes
 from ._scanned_candidates import Tick
 from ._screen import worth_fitting
 from ._search import (
+    AT_FIRST,
     NARROW,
     VARIANTS_WITH_ERRORS,
     Breadth,
@@ -250,7 +243,7 @@ def _deepened_with_errors(
         further = [h for h in deeper.hypotheses if len(h.effects) == depth + 1]
         exact = exact.with_hypotheses(further)
         refitted = _refitted(_by_evidence(further), question, tick)
-        comparison = comparison.with_hypotheses(refitted)
+        comparison = comparison.with_hypotheses(finite(refitted.values()))
         question.seen(comparison)
     return comparison
 
@@ -272,8 +265,14 @@ def _single_effects_with_errors(
         best = [h for h in singles[:1] if h not in known]
         known |= dict(zip(best, question.fits.with_errors(*best), strict=True))
         singles = worth_fitting(null, exact, singles, [known[h] for h in singles if h in known])
-    refitted = _refitted(singles, question, tick, known)
-    return exact._replace(hypotheses=finite([null, *refitted]))
+    first = [h for h in singles if not takes_long(h) or h in known]
+    last = [h for h in singles if h not in first]
+    refitted = _refitted(first, question, tick, known)
+    comparison = exact._replace(hypotheses=finite([null, *refitted.values()]))
+    if not last or (first and explains(comparison.best(), question.level)):
+        return comparison
+    further = _refitted(last, question, tick, refitted)
+    return comparison.with_hypotheses(finite(further.values()))
 
 
 def _best_variants(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -296,23 +295,14 @@ def _refitted(
     question: Question,
     tick: Tick,
     fitted: Mapping[Hypothesis, Hypothesis] = MappingProxyType({}),
-) -> list[Hypothesis]:
-    """Fit hypotheses with model error, in their order; those far behind others are given up."""
-    assert question.errors is not None
-    errors, fits = question.errors, question.fits
-    known = [fitted[hypothesis] for hypothesis in hypotheses if hypothesis in fitted]
+) -> dict[Hypothesis, Hypothesis]:
+    """Hypotheses with model error, by what they are without; those far behind others given up."""
+    known = {hypothesis: fitted[hypothesis] for hypothesis in hypotheses if hypothesis in fitted}
     remaining = [hypothesis for hypothesis in hypotheses if hypothesis not in fitted]
-
-    def rival() -> Rival:
-        return rival_among([*fitted.values(), *known])
-
-    while remaining and (shared := fits.known(remaining[0], rival())) is not None:
-        known.append(shared)
-        remaining = remaining[1:]
-        tick()
-    problems = compiled_ahead(problem_with_errors(exact, errors) for exact in remaining)
-    for exact, problem in zip(remaining, problems, strict=True):
-        least = rival()
-        known.append(fits.keep(exact, least, fitted_with_errors(exact, problem, least)))
-        tick()
-    return finite(known)
+    for chosen in (remaining[:AT_FIRST], remaining[AT_FIRST:]):
+        rival = rival_among([*fitted.values(), *known.values()])
+        refitted = question.fits.with_errors(*chosen, rival=rival)
+        known |= dict(zip(chosen, refitted, strict=True))
+        for _ in chosen:
+            tick()
+    return known

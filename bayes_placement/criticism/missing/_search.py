@@ -35,6 +35,9 @@ VARIANTS = 4
 VARIANTS_WITH_ERRORS = 2
 """The same where a model error is fitted too, which takes longer."""
 
+AT_FIRST = 2
+"""Most promising ones, fitted with a model error before what is given up far behind the best."""
+
 
 class Breadth(NamedTuple):
     """Hypotheses that are extended, and the kinds of effects that are tried on each of them.

@@ -70,26 +70,15 @@ class SharedFits:
             self._singles = singles
         return self._singles
 
-    def with_errors(self, *exact: Hypothesis) -> list[Hypothesis]:
-        """Hypotheses with the model error, none of which is given up."""
+    def with_errors(self, *exact: Hypothesis, rival: Rival = NO_RIVAL) -> list[Hypothesis]:
+        """Hypotheses with the model error; those that stay far behind a rival are given up."""
         *_, errors, _ = self.content
         assert errors is not None
         asked = dict.fromkeys(exact)  # the best hypothesis may be the one without effects
-        unknown = [each for each in asked if self.known(each, NO_RIVAL) is None]
-        for each, erroneous in zip(
-            unknown, fitted_with_errors_in_processes(unknown, errors), strict=True
-        ):
-            self.keep(each, NO_RIVAL, erroneous)
-        return [self._with_errors[each, NO_RIVAL] for each in exact]
-
-    def known(self, exact: Hypothesis, rival: Rival) -> Hypothesis | None:
-        """A hypothesis with the model error as fitted against a rival; None if it was not."""
-        return self._with_errors.get((exact, rival))
-
-    def keep(self, exact: Hypothesis, rival: Rival, erroneous: Hypothesis) -> Hypothesis:
-        """Keep a hypothesis with the model error, fitted against a rival, and return it."""
-        self._with_errors[exact, rival] = erroneous
-        return erroneous
+        unknown = [each for each in asked if (each, rival) not in self._with_errors]
+        fits = fitted_with_errors_in_processes(unknown, errors, rival)
+        self._with_errors |= {(each, rival): fit for each, fit in zip(unknown, fits, strict=True)}
+        return [self._with_errors[each, rival] for each in exact]
 
 
 _LAST: list[SharedFits] = []

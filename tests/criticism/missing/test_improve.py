@@ -12,8 +12,8 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import effects
-from bayes_placement.criticism.missing import _fits_with_errors, _model_error_choice, _shared_fits
-from bayes_placement.criticism.missing._hypotheses import fitted_with_errors, with_errors
+from bayes_placement.criticism.missing import _fits_with_errors, _shared_fits
+from bayes_placement.criticism.missing._hypotheses import with_errors
 from bayes_placement.criticism.missing.explain import explain
 from bayes_placement.criticism.missing.improve import improve
 from bayes_placement.criticism.noise_needed import NoiseNeeded
@@ -46,11 +46,7 @@ def with_both(candidates):
         return fitted
 
     with pytest.MonkeyPatch.context() as patch:
-        for module, fit in (
-            (_fits_with_errors, with_errors),
-            (_model_error_choice, fitted_with_errors),
-        ):
-            patch.setattr(module, fit.__name__, counted(fit))
+        patch.setattr(_fits_with_errors, "with_errors", counted(with_errors))
         return improve(experiment(), measured(MASS, GAIN, seed=2), candidates=candidates)
 
 
