@@ -101,6 +101,25 @@ def test_helpers_have_begun_before_this_process_does_something_else():
     assert len(waited) == 1 and sorted(done) == list(range(4))
 
 
+@pytest.mark.parametrize(("compiled_in", "processes"), [(0.01, 2), (60.0, 1)])
+def test_an_idle_helper_takes_parts_of_what_is_done_meanwhile_where_these_take_long(
+    compiled_in, processes, monkeypatch
+):
+    awaited_helper()
+    monkeypatch.setattr(_parts, "COMPILED_IN", compiled_in)
+    inner, sharing = [], []
+
+    def meanwhile():
+        inner.extend(_parts.shared(where, [(n,) for n in range(20)], lambda _: None))
+        sharing.append(_processes.is_sharing())
+
+    outer = _parts.shared(where, [(n,) for n in range(2)], lambda _: None, meanwhile)
+    assert [number for number, _ in inner] == list(range(20))
+    assert len({process for _, process in inner}) == processes
+    assert [number for number, _ in outer] == [0, 1]
+    assert sharing == [True] and not _processes.is_sharing()
+
+
 def test_what_a_helper_cannot_do_is_done_here():
     awaited_helper()
     tasks = [(n, os.getpid()) for n in range(6)]

@@ -7,6 +7,7 @@ that they are the same wherever it is done, and however often.
 import contextlib
 import functools
 import pickle
+import time
 import uuid
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
@@ -32,6 +33,9 @@ Task = tuple[Any, ...]
 
 IN_FLIGHT = 200
 """Parts submitted at once: enough for as many workers, few enough for a scheduler."""
+
+COMPILED_IN = 5.0
+"""Time [s] that a helper may take to compile what is already compiled here."""
 
 TRIES = 4
 """How often a part is given to an executor that loses its worker."""
@@ -100,7 +104,8 @@ def shared_in_any_order(
 ) -> Iterator[tuple[int, Result]]:
     """Number and result of each task as soon as it is done; all else is as in `shared`.
 
-    Within what is done meanwhile there is nobody to share with: all others are at work.
+    Within what is done meanwhile all others are at work: helpers take a part of it once they have
+    nothing else to do, and more is left than they take to compile it.
     """
     queue = _Queue(function, tasks, *_workers(len(tasks)))
     with queue.at_work():
@@ -128,11 +133,15 @@ def begun_in_helper(function: Callable[..., Result], *arguments: object) -> Call
 def _workers(count: int) -> tuple[Executor | None, int]:
     """Who does so many tasks beside this process, and how many they get at once."""
     executor = _EXECUTOR.get()
-    if processes.is_sharing() or count == 0:
+    if count == 0 or (processes.is_sharing() and executor is not None):
         return None, 0
     if executor is not None:
         return executor, IN_FLIGHT
     return processes.started_helpers() if count > 1 else (None, 0)
+
+
+_AT_WORK: "list[_Queue[Any]]" = []
+"""Queues that this process is at work on, each within what is done meanwhile of the one before."""
 
 
 class _Queue(Generic[Result]):
@@ -154,12 +163,14 @@ class _Queue(Generic[Result]):
         self._waiting, self._lost = deque(range(len(tasks))), Counter[int]()
         self._handed: dict[int, Future[Result]] = {}
         self._refused: Exception | None = None
+        self._outer = _AT_WORK[-1] if _AT_WORK else None
+        self._least_time = 0.0  # of a task that was done here
         self._lock = RLock()
 
     def hand_out(self, _: object = None) -> None:
         """Give workers what they can take; helpers get one more whenever one is done."""
         with self._lock:
-            while self._waiting and self._at_workers() < self._most:
+            while self._waiting and self._at_workers() < self._most and self._is_worth_sharing():
                 number = self._waiting.popleft()
                 try:
                     self._handed[number] = self._submitted(number)
@@ -174,7 +185,7 @@ class _Queue(Generic[Result]):
         """Do what no helper has taken; number and result of each task as soon as it is done."""
         while self._is_left():
             if (number := self._next()) is not None:
-                yield number, self._function(*self._tasks[number])
+                yield number, self._done_here(number)
             else:
                 futures = self._futures()
                 if not futures and self._refused is not None:
@@ -188,8 +199,10 @@ class _Queue(Generic[Result]):
     @contextlib.contextmanager
     def at_work(self) -> Iterator[None]:
         """Leave the other cores to workers; what still waits where this process stops is left."""
+        is_first = self._workers is not None and not processes.is_sharing()
+        _AT_WORK.append(self)
         try:
-            with processes.sharing() if self._workers else contextlib.nullcontext():
+            with processes.sharing() if is_first else contextlib.nullcontext():
                 yield
         except BaseException as error:
             self._most = 0
@@ -199,8 +212,26 @@ class _Queue(Generic[Result]):
                 raise WorkerError(LOST) from error
             raise
         finally:
+            _AT_WORK.remove(self)
             for future in self._futures():
                 future.cancel()
+
+    def _done_here(self, number: int) -> Result:
+        began = time.perf_counter()
+        result = self._function(*self._tasks[number])
+        took = time.perf_counter() - began
+        self._least_time = min(self._least_time or took, took)
+        return result
+
+    def _is_worth_sharing(self) -> bool:
+        """Whether workers are free; of what is done meanwhile, whether enough of it is left."""
+        if self._outer is None:
+            return True
+        left = len(self._waiting) * self._least_time
+        return left > COMPILED_IN and not self._outer._is_left_to_workers()
+
+    def _is_left_to_workers(self) -> bool:
+        return bool(self._waiting) or self._at_workers() >= self._most
 
     def _submitted(self, number: int) -> Future[Result]:
         assert self._workers is not None

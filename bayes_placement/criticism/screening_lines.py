@@ -38,7 +38,12 @@ def at_lines_of_descents(problem: Problem) -> "Problem | Thinned":
     """Return the problem at fewer lines where it takes long, as descents at all lines follow."""
     if not any(effect.tried_last for effect in problem.experiment.effects):
         return at_screening_lines(problem)
-    return _at_one_of(problem, max(_lines(state).size for state in problem.states) // FEWEST_LINES)
+    return at_about(problem, FEWEST_LINES)
+
+
+def at_about(problem: Problem, lines: int) -> "Problem | Thinned":
+    """Return the problem at so many lines or up to twice as many, or itself where it has fewer."""
+    return _at_one_of(problem, max(_lines(state).size for state in problem.states) // lines)
 
 
 @functools.lru_cache(maxsize=8)  # those that are scanned and compiled ahead

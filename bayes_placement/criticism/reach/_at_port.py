@@ -13,7 +13,7 @@ from ...inference.residuals import Problem, point_in_problem
 from ...laws.rows import NUMBERS
 from ..kept_fits import NONE, Tree, stored_or_computed
 from ..locations import ends
-from ..screening_lines import at_lines_of_descents
+from ..screening_lines import at_about, at_lines_of_descents
 from ._asked import NETWORK, PLACE, Asked, LawsAsked, Rows
 from ._channels import ChannelPort
 from ._filters import FILTERS
@@ -84,7 +84,8 @@ def reach_of_port(
     start = point_in_problem(base, point, problem)
     which = np.array(largest(port.trees()))
     tried = grid(port, len(columns)) if places is None else places
-    fewer = at_lines_of_descents(problem).problem if port.is_of_many else problem
+    at_places = at_lines_of_descents(problem) if port.is_of_many else at_about(problem, MOST_LINES)
+    fewer = at_places.problem
     reach = _reach_at(port, port.free(fewer, columns), start, tried, which)
     each = problem.count / fewer.count  # a line counts for several
     return reach._replace(

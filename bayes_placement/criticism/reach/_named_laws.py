@@ -105,8 +105,11 @@ def reached_ports(
         alike[port.acts_on] * (1 if at is None else at.scanned)
         for port, at in zip(ports, places, strict=True)
     ]
-    tasks = [(problem, point, *each) for each in zip(ports, pieces, places, strict=True)]
-    found = fitted_in_processes(_reached_with_laws, tasks, lambda _: tick())
+    # Those between two places take longest, and come first.
+    order = sorted(range(len(ports)), key=lambda number: -len(ports[number].effect.place_fields))
+    tasks = [(problem, point, ports[each], pieces[each], places[each]) for each in order]
+    fits = fitted_in_processes(_reached_with_laws, tasks, lambda _: tick())
+    found = [fit for _, fit in sorted(zip(order, fits, strict=True), key=lambda pair: pair[0])]
     reached, named = [reach for reach, _ in found], [laws for _, laws in found]
     order = sorted(range(len(ports)), key=lambda number: -_log_evidence(_best(named[number])))
     for number in order[:REFINED]:
