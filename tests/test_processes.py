@@ -20,6 +20,7 @@ import bayes_placement as bp
 from bayes_placement._shared import parts as _parts
 from bayes_placement._shared import processes as _processes
 from bayes_placement._shared.garbage import RARELY, rare_garbage_collection
+from bayes_placement.criticism.kept_fits import NO_RIVAL
 from bayes_placement.criticism.missing._fits_with_errors import fitted_with_errors_in_processes
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis, with_errors
 from bayes_placement.criticism.missing._search import single_effects, with_channels
@@ -286,9 +287,9 @@ def test_hypotheses_are_the_same_with_a_model_error_fitted_elsewhere():
     exact = [
         null_hypothesis(setup + effect, data) for effect in (MASS, bp.effects.point_mass(0.3, 0.2))
     ]
-    together = fitted_with_errors_in_processes(exact, errors)
+    together = fitted_with_errors_in_processes(exact, errors, NO_RIVAL)
     with ThreadPoolExecutor(1) as threads, _parts.done_by(threads):
-        together += fitted_with_errors_in_processes(exact, errors)
+        together += fitted_with_errors_in_processes(exact, errors, NO_RIVAL)
     for each, alone in zip(
         together, [with_errors(each, errors) for each in exact] * 2, strict=True
     ):
