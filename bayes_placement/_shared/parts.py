@@ -133,9 +133,10 @@ def begun_in_helper(function: Callable[..., Result], *arguments: object) -> Call
 def _workers(count: int) -> tuple[Executor | None, int]:
     """Who does so many tasks beside this process, and how many they get at once."""
     executor = _EXECUTOR.get()
-    if count == 0 or (processes.is_sharing() and executor is not None):
-        return None, 0
-    if executor is not None:
+    if processes.is_sharing():
+        outer = _AT_WORK[-1] if _AT_WORK and executor is None else None
+        return (None, 0) if outer is None else outer.helpers
+    if executor is not None and count > 0:
         return executor, IN_FLIGHT
     return processes.started_helpers() if count > 1 else (None, 0)
 
@@ -166,6 +167,11 @@ class _Queue(Generic[Result]):
         self._outer = _AT_WORK[-1] if _AT_WORK else None
         self._least_time = 0.0  # of a task that was done here
         self._lock = RLock()
+
+    @property
+    def helpers(self) -> tuple[Executor | None, int]:
+        """Helpers that have its tasks, and how many they get at once; not an executor's workers."""
+        return (self._workers, self._most) if self._helps else (None, 0)
 
     def hand_out(self, _: object = None) -> None:
         """Give workers what they can take; helpers get one more whenever one is done."""

@@ -11,7 +11,7 @@ from tests.benchmarks.fresh import seconds_of, seconds_of_python
 from tests.benchmarks.page import ROOT, at_most
 from tests.code_blocks import blocks
 
-HELP, MAIN, UPDATE = 0.4, (18.0, 8.0), 90.0
+HELP, MAIN, UPDATE = 0.4, (16.0, 7.0), 90.0
 """Seconds asked: of `--help`, of the main example at first and then, and of `update`."""
 
 BASE = "import jax, numpyro"
