@@ -99,6 +99,23 @@ def test_of_an_exact_model_an_effect_is_new_too():
 
 
 @pytest.mark.long
+@pytest.mark.parametrize(
+    ("hidden", "kinds"),
+    [
+        (MASS, {(), ("point_mass",)}),
+        (effects.segment_mass(0.5, 0.4, 0.6), {(), ("point_mass",), ("segment_mass",)}),
+    ],
+)
+def test_what_takes_long_is_fitted_where_nothing_else_explains_the_data(hidden, kinds):
+    before, after = small_measured(seed=4), small_measured(hidden, seed=5)
+    candidates = effects.library(experiment(), ["point_mass", "segment_mass"])
+    settings = {"baseline": before, "candidates": candidates, "model_error": None}
+    ledger = improve(experiment(), after, **settings, most_effects=1)
+    assert ledger.verdict == (hidden.kind,)
+    assert {row.kinds for row in ledger.rows.rows} == kinds
+
+
+@pytest.mark.long
 def test_with_unknown_noise_the_same_mass_is_new(before, after):
     unknown = bp.noise.Relative(dist.LogUniform(1e-3, 0.3))
     noisy = eqx.tree_at(lambda tree: tree.noise, experiment(), unknown)
