@@ -164,7 +164,7 @@ class _Queue(Generic[Result]):
         self._waiting, self._lost = deque(range(len(tasks))), Counter[int]()
         self._handed: dict[int, Future[Result]] = {}
         self._refused: Exception | None = None
-        self._outer = _AT_WORK[-1] if _AT_WORK else None
+        self._outer: _Queue[Any] | None = None  # within which all this is done meanwhile
         self._least_time = 0.0  # of a task that was done here
         self._lock = RLock()
 
@@ -206,6 +206,7 @@ class _Queue(Generic[Result]):
     def at_work(self) -> Iterator[None]:
         """Leave the other cores to workers; what still waits where this process stops is left."""
         is_first = self._workers is not None and not processes.is_sharing()
+        self._outer = _AT_WORK[-1] if _AT_WORK else None
         _AT_WORK.append(self)
         try:
             with processes.sharing() if is_first else contextlib.nullcontext():
@@ -231,13 +232,13 @@ class _Queue(Generic[Result]):
 
     def _is_worth_sharing(self) -> bool:
         """Whether workers are free; of what is done meanwhile, whether enough of it is left."""
-        if self._outer is None:
-            return True
         left = len(self._waiting) * self._least_time
-        return left > COMPILED_IN and not self._outer._is_left_to_workers()
+        return self._outer is None or (left > COMPILED_IN and self._outer._is_idle())
 
-    def _is_left_to_workers(self) -> bool:
-        return bool(self._waiting) or self._at_workers() >= self._most
+    def _is_idle(self) -> bool:
+        """Whether its workers have nothing to do, nor those of what it is within."""
+        is_done = not self._waiting and self._at_workers() < self._most
+        return is_done and (self._outer is None or self._outer._is_idle())
 
     def _submitted(self, number: int) -> Future[Result]:
         assert self._workers is not None
