@@ -106,7 +106,7 @@ def test_helpers_have_begun_before_this_process_does_something_else():
 def test_an_idle_helper_takes_parts_of_what_is_done_meanwhile_where_these_take_long(
     compiled_in, processes, monkeypatch
 ):
-    awaited_helper()
+    _processes.started_helpers()[0].submit(where, 0).result()  # it has imported this module
     monkeypatch.setattr(_parts, "COMPILED_IN", compiled_in)
     inner, sharing = [], []
 
