@@ -310,9 +310,13 @@ TOGETHER = 5
 IN_TURN = sorted(ROWS, key=lambda name: name in OF_AMPLITUDE)
 GROUPS = [tuple(IN_TURN[start::TOGETHER]) for start in range(TOGETHER)]
 # Each compiles all its effects at once.
+LONG, LONGEST = [pytest.mark.long], [pytest.mark.long, pytest.mark.longest]
 in_groups = pytest.mark.parametrize(
     "names",
-    [*GROUPS[:2], *(pytest.param(names, marks=pytest.mark.long) for names in GROUPS[2:])],
+    [
+        pytest.param(names, marks=marks)
+        for names, marks in zip(GROUPS, [[], [], LONG, LONG, LONGEST], strict=True)
+    ],
     ids=" ".join,
 )
 
