@@ -20,13 +20,13 @@ from .points import Points, along
 
 Coordinates = Float[Array, "*coordinate"]
 
-POLYNOMIALS, POLYNOMIALS_OF_EDGE = 16, 6
+POLYNOMIALS, POLYNOMIALS_OF_EDGE = 16, 7
 """Legendre polynomials over a segment, and over an edge of a box: a half-wave needs about two.
 
 Products of those of the edges of a box are taken up to the same degree in all.
 """
 
-NODES, NODES_OF_EDGE = 128, 8
+NODES, NODES_OF_EDGE = 128, 9
 """Gauss nodes, many since the flexibility of a bar has a kink where two places meet."""
 
 MOTIONS = ("displacement", "rotation")
