@@ -13,6 +13,7 @@ from typing import Any
 import jax
 import numpy as np
 
+from ..effects.effect import take_long
 from ..experiment.noise import Data
 from ..experiment.variants import evenly_spread, with_lines_at
 from ..inference.engines.least_squares import LeastSquares
@@ -36,7 +37,7 @@ def at_screening_lines(problem: Problem) -> "Problem | Thinned":
 
 def at_lines_of_descents(problem: Problem) -> "Problem | Thinned":
     """Return the problem at fewer lines where it takes long, as descents at all lines follow."""
-    if not any(effect.tried_last for effect in problem.experiment.effects):
+    if not take_long(problem.experiment.effects):
         return at_screening_lines(problem)
     return at_about(problem, FEWEST_LINES)
 

@@ -2,7 +2,7 @@
 
 import abc
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, ClassVar, TypeAlias, TypeVar
 
 import equinox as eqx
@@ -325,6 +325,11 @@ class Hinged(StructureEffect):
     @abc.abstractmethod
     def hinges(self, modes: Modes) -> Sequence[Hinge] | Sequence[FlexiblePart]:
         """Hinges that it adds, or parts of a finite element model that become softer."""
+
+
+def take_long(effects: Iterable[Effect]) -> bool:
+    """Whether one of these takes long to evaluate, as it acts at many ports."""
+    return any(effect.tried_last for effect in effects)
 
 
 def at_each(

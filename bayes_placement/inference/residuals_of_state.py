@@ -13,7 +13,7 @@ from jaxtyping import Array, Complex, Float
 
 from .._shared.compiled import Bound, compiled
 from .._shared.sites import Unknown
-from ..effects.effect import Modulus
+from ..effects.effect import Modulus, take_long
 from ..experiment.applied_effects import AppliedLaw, AppliedModulus
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
@@ -154,9 +154,9 @@ class ResidualsOfState:
         shared, data = form.shared(self._declared), self._state.data
         # With many ports the matrices of one point fill the cache of a core, those of a batch
         # memory that is new at each call.
-        takes_long = any(effect.tried_last for effect in self._state.experiment.effects)
+        one_by_one = take_long(self._state.experiment.effects)
         return compiled(_residuals).bound(
-            form.apart_from_declared(), shared, data, takes_long, effort=self._effort
+            form.apart_from_declared(), shared, data, one_by_one, effort=self._effort
         )
 
 

@@ -83,8 +83,7 @@ def compared_with_baseline(
     null = comparison.of(())
     if first and last and not explains(comparison.best(), level):
         candidates = only_scanned([(unchanged, effect) for effect in last], tick)
-        singles = _fitted(comparison, candidates, level)
-        comparison = comparison.with_hypotheses(singles)
+        comparison = comparison.with_hypotheses(_fitted(comparison, candidates, level))
         comparison = comparison._replace(candidates=[*comparison.candidates, *candidates])
     if tried.networks:
         comparison = with_networks(comparison, LawsBeside(null, tick, unchanged))

@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ...effects.effect import Effect
+from ...effects.effect import Effect, take_long
 from ...effects.library import kind_of
 from ...experiment.experiment import Experiment
 from ...experiment.model_error import ModalErrors
@@ -153,7 +153,7 @@ def rival_among(hypotheses: Sequence[Hypothesis]) -> Rival:
 
 def takes_long(hypothesis: Hypothesis) -> bool:
     """Whether it has an effect that takes long to evaluate."""
-    return any(effect.tried_last for effect in hypothesis.effects)
+    return take_long(hypothesis.effects)
 
 
 def finite(hypotheses: Iterable[Hypothesis]) -> list[Hypothesis]:
