@@ -189,12 +189,25 @@ def test_an_executor_does_all_parts_but_those_that_are_shared_meanwhile():
     assert here not in {thread for _, thread in results}
 
 
-def test_what_is_begun_in_a_helper_is_awaited_later():
+def at_work_until(begun, go_on):
+    begun.touch()
+    while not go_on.exists():
+        time.sleep(0.01)
+    return os.getpid()
+
+
+def test_what_is_begun_in_a_helper_is_awaited_later_and_what_waits_there_is_done_here(tmp_path):
     awaited_helper()
-    awaited = _parts.begun_in_helper(where, 3)
-    number, process = awaited()
-    assert number == 3 and process != os.getpid()
-    assert awaited() == (number, process)
+    begun, go_on = tmp_path / "begun", tmp_path / "go on"
+    at_work = _parts.begun_in_helper(at_work_until, begun, go_on)
+    others = [_parts.begun_in_helper(where, number) for number in range(6)]
+    while not begun.exists():
+        time.sleep(0.01)
+    assert others[-1]() == (5, os.getpid())
+    go_on.touch()
+    process = at_work()
+    assert process != os.getpid() and at_work() == process
+    assert [other()[0] for other in others] == [*range(6)]
 
 
 def test_nothing_is_begun_in_a_helper_where_no_search_has_started_any(monkeypatch):

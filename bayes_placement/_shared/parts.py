@@ -287,8 +287,15 @@ class _Queue(Generic[Result]):
             return ended
 
     def _next(self) -> int | None:
+        """Number of a task that this process can begin: one that waits, or waits in a helper."""
         with self._lock:
-            return self._waiting.popleft() if self._waiting and self._helps else None
+            if self._waiting and self._helps:
+                return self._waiting.popleft()
+            handed = self._handed.items() if self._helps else ()
+            number = next((number for number, future in handed if future.cancel()), None)
+            if number is not None:
+                del self._handed[number]
+            return number
 
 
 def _has_failed(future: Future[Any]) -> bool:

@@ -13,7 +13,7 @@ import signal
 import sys
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from threading import Thread
 from typing import Any, TypeAlias
@@ -83,14 +83,14 @@ def sharing() -> Iterator[None]:
         _sharing = False
 
 
-def begin_with_helpers(module: str) -> None:
-    """Let helpers import a module while this process still reads its input, each on its own core.
+def begin_with_helpers(*modules: str) -> None:
+    """Let helpers import modules while this process still reads its input, each on its own core.
 
     To be called before anything is computed: JAX then has one thread here too.
     """
     if loky.cpu_count() > 1:
         os.environ.setdefault("PJRT_NPROC", ONE_THREAD["PJRT_NPROC"])
-        import_in_helpers(module)
+        import_in_helpers(*modules)
 
 
 def have_helpers_started() -> bool:
@@ -98,12 +98,15 @@ def have_helpers_started() -> bool:
     return _started_before
 
 
-def import_in_helpers(module: str) -> None:
-    """Let helpers import a module, which takes them two seconds, while this process goes on."""
+def import_in_helpers(*modules: str) -> None:
+    """Let helpers import modules, which takes them two seconds, while this process goes on.
+
+    Each is one file that imports what it needs: a room imports none of its files.
+    """
     helpers, count = started_helpers()
     with suppress(RuntimeError):  # they are gone: what is shared later is done here
         for _ in range(count):
-            helpers.submit(_import, module)
+            helpers.submit(_import, modules)
 
 
 def started_helpers() -> tuple[Any, int]:
@@ -178,8 +181,9 @@ def environment(variables: dict[str, str]) -> Iterator[None]:
                 os.environ[name] = value
 
 
-def _import(module: str) -> None:
-    importlib.import_module(module)
+def _import(modules: Sequence[str]) -> None:
+    for module in modules:
+        importlib.import_module(module)
 
 
 def settings_of_jax() -> Settings:

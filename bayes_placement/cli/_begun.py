@@ -15,6 +15,13 @@ from ._user_cache import cache_folder, delete_old_files
 if TYPE_CHECKING:
     from ._run import Output
 
+OF_HELPERS = (
+    "bayes_placement.criticism.missing.improve",
+    "bayes_placement.plots.ledger",
+    "matplotlib.backends.backend_agg",
+)
+"""What helpers need for a search and its figures; they import it while the model is read."""
+
 
 class Common(NamedTuple):
     """What every command is given."""
@@ -48,7 +55,7 @@ def begun(options: Common) -> Iterator["Output"]:
         if options.searches:
             from .._shared.processes import begin_with_helpers
 
-            begin_with_helpers("bayes_placement.criticism.missing")
+            begin_with_helpers(*OF_HELPERS)
         from ._result_folder import result_folder
 
         out = None if options.out is None else options.out.absolute()

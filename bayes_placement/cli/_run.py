@@ -149,7 +149,7 @@ class Run:
         return result
 
     def _end_figures(self) -> None:
-        for end in self.unfinished:
+        for end in reversed(self.unfinished):  # the last are those that no helper has begun
             self.attempt("A figure", end)
 
     def _begin_figures(self, drawing: Drawing) -> None:

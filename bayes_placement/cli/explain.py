@@ -44,10 +44,10 @@ def _write(ranking: Ranking, inputs: Inputs, run: Run) -> list[str]:
 
 def _write_pictures(ranking: Ranking, inputs: Inputs, run: Run) -> list[str]:
     """Write figures and what they are drawn from; return where to measure next in words."""
+    draw_where(ranking, inputs, run)  # begun first: what follows takes as long as drawing it
+    run.figures(lambda: {"probabilities.png": plots.probabilities(ranking)})
+    write_reach(ranking, run)
     measured = inputs.measurement, inputs.data_faults
     kept = of_result(ranking, inputs.experiment, *measured, with_next=run.with_report)
     run.tree(FINDINGS, kept)
-    write_reach(ranking, run)
-    draw_where(ranking, inputs, run)
-    run.figures(lambda: {"probabilities.png": plots.probabilities(ranking)})
     return where_next(kept, ranking)

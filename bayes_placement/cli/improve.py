@@ -128,17 +128,16 @@ def write(ledger: Ledger, inputs: Inputs, run: Run) -> list[str]:
 
 def _write_pictures(ledger: Ledger, inputs: Inputs, run: Run) -> list[str]:
     """Write figures and what they are drawn from; return where to measure next in words."""
-    measured = inputs.measurement, inputs.data_faults
-    kept = of_result(ledger, inputs.experiment, *measured, with_next=run.with_report)
-    run.tree(FINDINGS, kept)
-    write_reach(ledger, run)
-    draw_where(ledger, inputs, run)
+    draw_where(ledger, inputs, run)  # begun first: what follows takes as long as drawing it
     run.figures(
         lambda: {"error_falls.png": plots.error_falls(ledger)},
         lambda: {"probabilities.png": plots.probabilities(ledger)},
-        lambda: _before_and_after(kept),
-        lambda: residual_maps(kept),
     )
+    write_reach(ledger, run)
+    measured = inputs.measurement, inputs.data_faults
+    kept = of_result(ledger, inputs.experiment, *measured, with_next=run.with_report)
+    run.tree(FINDINGS, kept)
+    run.figures(lambda: _before_and_after(kept), lambda: residual_maps(kept))
     return where_next(kept, ledger)
 
 

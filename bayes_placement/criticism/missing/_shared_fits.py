@@ -49,7 +49,7 @@ class SharedFits:
     def null(self) -> Hypothesis:
         """The model as given."""
         if executor_of_parts() is None:
-            import_in_helpers(__package__)
+            import_in_helpers(__name__)
         experiment, data, *_ = self.content
         return null_hypothesis(experiment, data)
 
