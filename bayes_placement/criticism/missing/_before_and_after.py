@@ -29,6 +29,7 @@ from ._repeated import may_be_added, named_alike
 from ._scanned_candidates import ScannedCandidate, Tick, promising
 from ._screen import worth_fitting
 from ._search import AT_FIRST, NARROW, VARIANTS_WITH_ERRORS
+from ._simpler_laws import with_simpler_laws
 from ._so_far import Seen
 
 
@@ -85,6 +86,7 @@ def compared_with_baseline(
         candidates = only_scanned([(unchanged, effect) for effect in last], tick)
         comparison = comparison.with_hypotheses(_fitted(comparison, candidates, level))
         comparison = comparison._replace(candidates=[*comparison.candidates, *candidates])
+    comparison = with_simpler_laws(comparison)
     if tried.networks:
         comparison = with_networks(comparison, LawsBeside(null, tick, unchanged))
     seen(comparison)

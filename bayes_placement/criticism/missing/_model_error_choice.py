@@ -37,6 +37,7 @@ from ._search import (
     with_listed_replaced,
 )
 from ._shared_fits import SharedFits, shared_fits
+from ._simpler_laws import with_simpler_laws
 from ._so_far import Seen, nothing_seen
 from ._weighed import Weighed
 from .decide import Decision, as_good_elsewhere, predicts_better
@@ -226,7 +227,7 @@ def _deepened_with_errors(
 ) -> Comparison:
     """Effects with model error, one more at a time; some were fitted, by what they are without."""
     assert question.errors is not None
-    comparison = _single_effects_with_errors(question, exact, tick, fitted)
+    comparison = with_simpler_laws(_single_effects_with_errors(question, exact, tick, fitted))
     question.seen(comparison)
     for depth in range(1, question.most_effects):
         if not wants_more_effects(comparison, depth, question.level):

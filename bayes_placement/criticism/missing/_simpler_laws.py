@@ -1,0 +1,78 @@
+"""Simpler effects of the library where the best one acts, each fitted from its fit.
+
+With a model error each effect descends from its own places, where all else is far off; one of more
+numbers may find the way, and a simpler one that would explain as much be left elsewhere.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...effects.effect import Effect
+from ...effects.library import kind_of
+from ...inference.engines.empirical_bayes import DECREASING_ERRORS
+from ...inference.residuals import Problem, fields_of
+from ...laws.catalogue import leaves
+from ..kept_fits import kept_with_sizes
+from ..reach._ports import Port, place_columns
+from ._hypotheses import Hypothesis, finite
+from ._networks import LISTED
+from ._posterior_odds import Comparison
+
+STRENGTHS, FOLLOWED = 21, 3
+"""Strengths between the ends of the prior that are looked at, and of these that are followed."""
+
+WITHIN = 3.0
+"""Standard normal coordinate of the greatest of them."""
+
+
+def with_simpler_laws(comparison: Comparison) -> Comparison:
+    """Fit the networks of fewer elements where the best effect acts, if it has a model error."""
+    best, null = comparison.best(), comparison.of(())
+    fits = [_in_its_place(best, each, null) for each in _simpler(best, comparison)]
+    return comparison.with_hypotheses(finite(fits))
+
+
+def _simpler(best: Hypothesis, comparison: Comparison) -> list[Effect]:
+    """Candidates of one number on the same piece of the structure, in the same direction."""
+    if not best.has_errors or len(best.effects) != 1 or kind_of(best.effects[0]) not in LISTED:
+        return []
+    (effect,) = best.effects
+    acts_on, network = LISTED[kind_of(effect)]
+    if len(leaves(network)) == 1:
+        return []
+    letters = [(acts_on, letter) for letter in leaves(network)]
+    experiment = best.problem.experiment
+    on = experiment.structure.modes, experiment.instruments
+    return [
+        each.effect
+        for each in comparison.candidates
+        if LISTED.get(kind_of(each.effect)) in letters
+        and each.effect.setting(*on) == effect.setting(*on)
+    ]
+
+
+def _in_its_place(best: Hypothesis, simpler: Effect, null: Hypothesis) -> Hypothesis:
+    """Fit another effect where that of a hypothesis is, from all else as it is there."""
+    (effect,) = best.effects
+    problem = null.problem.with_effect(simpler).at_sizes(best.problem.sizes)
+    start = best.point_in(problem)
+    place, found = (
+        place_columns(Port(each.acts_on, each), of)
+        for each, of in ((simpler, problem), (effect, best.problem))
+    )
+    start[place] = best.fit.point[found]
+    strength = _strength(simpler, problem)
+    starts = np.repeat(start[None], STRENGTHS, axis=0)
+    starts[:, strength] = np.linspace(-WITHIN, WITHIN, STRENGTHS)[:, None]
+    costs = problem.squares.objective().cost(starts)
+    followed = starts[np.argsort(np.nan_to_num(costs, nan=np.inf))[:FOLLOWED]]
+    sized = kept_with_sizes(problem, followed, DECREASING_ERRORS[-1:], best.as_rival)
+    return replace(best, effects=(simpler,), near=followed[:0], **vars(sized))
+
+
+def _strength(effect: Effect, problem: Problem) -> slice:
+    """Coordinate of the only number of an effect besides its place."""
+    fields = fields_of(effect, problem)
+    (name,) = (name for name, word in fields.items() if word == effect.absent[0])
+    return problem.coordinates.places[name]
