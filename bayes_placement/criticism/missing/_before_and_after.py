@@ -22,7 +22,14 @@ from ...inference.residuals import Problem
 from ...inference.residuals_of_state import State
 from ..kept_fits import NO_RIVAL, kept_with_sizes
 from ._fitted_candidates import extended, fits_against, only_scanned
-from ._hypotheses import Hypothesis, finite, null_hypothesis, rival_among, with_errors
+from ._hypotheses import (
+    Hypothesis,
+    finite,
+    null_hypothesis,
+    rival_among,
+    takes_long,
+    with_errors,
+)
 from ._networks import LawsBeside, laws_beside_best, with_networks, with_other_laws
 from ._posterior_odds import Comparison, explains, passes, wants_more_effects
 from ._repeated import may_be_added, named_alike
@@ -178,11 +185,17 @@ def _from_both(
 
 
 def _next_best(comparison: Comparison, branch: Hypothesis) -> list[Effect]:
-    """The single effects of greatest odds of other kinds, and one more of a kind that it has."""
+    """The single effects of greatest odds of other kinds, and one more of a kind that it has.
+
+    What takes long is added to the best hypothesis alone.
+    """
     singles = sorted(comparison.hypotheses, key=comparison.log_odds, reverse=True)
+    is_best = branch is comparison.best()
     candidates: dict[str, Effect] = {}
     for single in singles:
         if len(single.effects) != 1 or single.kinds[0] in comparison.networks:
+            continue
+        if takes_long(single) and not is_best:
             continue
         if may_be_added(*single.effects, single.problem, branch):
             candidates.setdefault(single.kinds[0], single.effects[0])
