@@ -23,7 +23,7 @@ from bayes_placement._shared.garbage import RARELY, rare_garbage_collection
 from bayes_placement.criticism.kept_fits import NO_RIVAL
 from bayes_placement.criticism.missing._fits_with_errors import fitted_with_errors_in_processes
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis, with_errors
-from bayes_placement.criticism.missing._search import single_effects, with_channels
+from bayes_placement.criticism.missing._more_effects import single_effects, with_channels
 from bayes_placement.inference.chi2 import LEVEL
 from bayes_placement.io import model
 from tests.criticism.small import MASS, experiment, measured

@@ -45,7 +45,7 @@ def fitted(which):
     """Seconds, and log evidence and chi2 of each kind alone."""
     from bayes_placement.criticism import screening_lines
     from bayes_placement.criticism.missing._hypotheses import null_hypothesis
-    from bayes_placement.criticism.missing._search import single_effects, with_channels
+    from bayes_placement.criticism.missing._more_effects import single_effects, with_channels
 
     if which == "all":
         screening_lines.MOST_DATA = sys.maxsize

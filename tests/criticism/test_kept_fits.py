@@ -11,8 +11,8 @@ from bayes_placement.criticism.missing import (
     _descents,
     _held_out,
     _scan,
-    _score_test,
     _shared_fits,
+    _suspicion,
     fitted_model,
 )
 from bayes_placement.criticism.missing.explain import explain
@@ -73,7 +73,7 @@ def test_a_second_search_computes_nothing_and_says_the_same(asked, full_store, m
     folder, ledger = full_store
     monkeypatch.setattr(_descents, "minimise", once_more)
     monkeypatch.setattr(_scan, "_scanned", once_more)
-    monkeypatch.setattr(_score_test, "_signatures", once_more)
+    monkeypatch.setattr(_suspicion, "_signatures", once_more)
     monkeypatch.setattr(kept_fits.Problem, "prepare", once_more)
     with monkeypatch.context() as patched:
         patched.setattr(_held_out, "_evidence_ratio", once_more)

@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 
 import bayes_placement as bp
 from bayes_placement import effects
-from bayes_placement.criticism.missing import _search
+from bayes_placement.criticism.missing import _more_effects
 from bayes_placement.experiment import amplitudes
 from tests.effects import models_in_space
 
@@ -367,9 +367,9 @@ def test_no_search_puts_two_of_them_on_a_structure(monkeypatch):
     mass = effects.point_mass(AT, 0.1)
     kinds = (GAP, CUBIC, mass, FRICTION)
     candidates = [types.SimpleNamespace(effect=effect, problem=None) for effect in kinds]
-    monkeypatch.setattr(_search, "_by_promise", lambda branch, null, candidates: candidates)
-    monkeypatch.setattr(_search, "_further_swaps", lambda comparison, branch: [])
-    monkeypatch.setattr(_search, "may_be_added", inspect.unwrap(_search.may_be_added))
+    monkeypatch.setattr(_more_effects, "_by_promise", lambda branch, null, candidates: candidates)
+    monkeypatch.setattr(_more_effects, "_further_swaps", lambda comparison, branch: [])
+    monkeypatch.setattr(_more_effects, "may_be_added", inspect.unwrap(_more_effects.may_be_added))
     alone = types.SimpleNamespace(kinds=("gap",), effects=(GAP,))
     comparison = types.SimpleNamespace(
         of=lambda kinds: None,
@@ -377,5 +377,7 @@ def test_no_search_puts_two_of_them_on_a_structure(monkeypatch):
         hypotheses=[alone],
         candidates=candidates,
     )
-    pairs = inspect.unwrap(_search._pairs)(comparison, [alone], 5)  # types of stand-ins differ
+    pairs = inspect.unwrap(_more_effects._pairs)(
+        comparison, [alone], 5
+    )  # types of stand-ins differ
     assert [effect.name for group in pairs for _, effect in group] == ["point_mass"]

@@ -30,12 +30,12 @@ from ._hypotheses import (
     takes_long,
     with_errors,
 )
+from ._more_effects import AT_FIRST, NARROW, VARIANTS_WITH_ERRORS
 from ._networks import LawsBeside, laws_beside_best, with_networks, with_other_laws
 from ._posterior_odds import Comparison, explains, passes, wants_more_effects
+from ._predicted_odds import worth_fitting
 from ._repeated import may_be_added, named_alike
 from ._scanned_candidates import ScannedCandidate, Tick, promising
-from ._screen import worth_fitting
-from ._search import AT_FIRST, NARROW, VARIANTS_WITH_ERRORS
 from ._simpler_laws import with_simpler_laws
 from ._so_far import Seen
 

@@ -32,7 +32,7 @@ from ._scanned_candidates import (
     scanned,
     with_free_names,
 )
-from ._score_test import scores
+from ._suspicion import scores
 
 FITTED = ("fit", "near", "deviations", "has_errors", "as_rival")
 """Fields of a hypothesis that are known from fitting it."""

@@ -16,6 +16,14 @@ from ...experiment.experiment import Experiment
 from ...experiment.model_error import Embedded, ModalErrors
 from ...experiment.noise import Data
 from ._hypotheses import Hypothesis, finite, rival_among, takes_long
+from ._more_effects import (
+    AT_FIRST,
+    NARROW,
+    VARIANTS_WITH_ERRORS,
+    Breadth,
+    one_more_effect,
+    with_listed_replaced,
+)
 from ._networks import laws_beside_best, with_networks, with_other_laws
 from ._posterior_odds import (
     Comparison,
@@ -25,17 +33,9 @@ from ._posterior_odds import (
     passes,
     wants_more_effects,
 )
+from ._predicted_odds import worth_fitting
 from ._rows import row_with_sizes
 from ._scanned_candidates import Tick
-from ._screen import worth_fitting
-from ._search import (
-    AT_FIRST,
-    NARROW,
-    VARIANTS_WITH_ERRORS,
-    Breadth,
-    one_more_effect,
-    with_listed_replaced,
-)
 from ._shared_fits import SharedFits, shared_fits
 from ._simpler_laws import with_simpler_laws
 from ._so_far import Seen, nothing_seen

@@ -20,10 +20,10 @@ from ...inference.chi2 import LEVEL
 from ...inference.engines.empirical_bayes import Rival
 from ._fits_with_errors import fitted_with_errors_in_processes
 from ._hypotheses import NO_RIVAL, Hypothesis, null_hypothesis
+from ._more_effects import single_effects, with_channels
 from ._networks import LawsBeside, with_networks, with_networks_of_many
 from ._posterior_odds import Comparison, explains
 from ._scanned_candidates import Tick
-from ._search import single_effects, with_channels
 
 
 class SharedFits:

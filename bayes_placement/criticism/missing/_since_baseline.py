@@ -15,12 +15,12 @@ from ...inference.residuals_of_state import State
 from ._before_and_after import compared_with_baseline, fitted_baseline, refitted_effects, state_of
 from ._hypotheses import Hypothesis, null_hypothesis
 from ._model_error_choice import Answer, Question, answered, deepened, deeper
+from ._more_effects import ALL
 from ._mounts import on_mounts
 from ._networks import priors_of_networks
 from ._posterior_odds import explains, passes
 from ._rows import row_with_sizes
 from ._scanned_candidates import Tick
-from ._search import ALL
 from .decide import is_unexplained
 from .fitted_model import FittedModel, fitted_model
 from .table import Policy

@@ -20,9 +20,9 @@ from ._alternatives import alternatives
 from ._candidates import candidates_of, check_experiment
 from ._claims import claims
 from ._model_error_choice import Question, ticks
-from ._score_test import suspicion
 from ._since_baseline import answered_by_states
 from ._standing import standing
+from ._suspicion import suspicion
 from ._weighed import NONE
 from .decide import decide
 from .fitted_model import fitted_model, sampled_finalists

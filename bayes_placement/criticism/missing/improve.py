@@ -34,10 +34,10 @@ from ._claims import claims
 from ._hypotheses import Hypothesis
 from ._model_error_choice import Question, ticks
 from ._posterior_odds import Comparison
-from ._score_test import suspicion
 from ._since_baseline import answered_by_states
 from ._so_far import BestSoFar, Callback, Seen, no_callback
 from ._standing import standing
+from ._suspicion import suspicion
 from ._weighed import NONE
 from .decide import decide
 from .fitted_model import FittedModel, Sampled, fitted_model, not_sampled, sampled_finalists

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.criticism.missing import _search
+from bayes_placement.criticism.missing import _more_effects
 from bayes_placement.criticism.missing._at_channels import data_changed
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
+from bayes_placement.criticism.missing._more_effects import single_effects, with_channels
 from bayes_placement.criticism.missing._scanned_candidates import scanned
-from bayes_placement.criticism.missing._search import single_effects, with_channels
 from bayes_placement.criticism.missing._swapped_pairs import _costs, likeliest
 from bayes_placement.criticism.reach._left_out import LeftOut
 from bayes_placement.inference.chi2 import LEVEL
@@ -82,6 +82,6 @@ def test_pairs_are_screened_by_the_costs_of_their_scans(monkeypatch):
     np.testing.assert_allclose(_costs(null, null.problem, pairs), expected, rtol=1e-9)
     (best,) = likeliest(null, pairs, 1)
     assert best.pair == ("s2", "s4")
-    monkeypatch.setattr(_search, "VARIANTS", 1)
+    monkeypatch.setattr(_more_effects, "VARIANTS", 1)
     singles = single_effects(null, pairs, lambda: None)
     assert singles.variants == {"swapped_sensors": 6} and len(singles.candidates) == 1

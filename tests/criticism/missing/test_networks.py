@@ -10,6 +10,7 @@ import pytest
 import bayes_placement as bp
 from bayes_placement.criticism.missing._fitted_candidates import extended
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
+from bayes_placement.criticism.missing._more_effects import single_effects, with_listed_replaced
 from bayes_placement.criticism.missing._networks import (
     LISTED,
     LawsBeside,
@@ -19,7 +20,6 @@ from bayes_placement.criticism.missing._networks import (
     with_other_laws,
 )
 from bayes_placement.criticism.missing._posterior_odds import Comparison, p_value
-from bayes_placement.criticism.missing._search import single_effects, with_listed_replaced
 from bayes_placement.criticism.reach._named_laws import NamedLaw, log_prior, simplest
 from bayes_placement.criticism.reach._ports import ATTACHED, Port
 from bayes_placement.laws import Dashpot, Mass, Spring

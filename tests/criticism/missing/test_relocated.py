@@ -7,7 +7,7 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.criticism.missing import _search
+from bayes_placement.criticism.missing import _more_effects
 from bayes_placement.criticism.missing._fitted_candidates import relocated
 from bayes_placement.criticism.missing._hypotheses import Hypothesis, null_hypothesis
 from bayes_placement.criticism.missing._posterior_odds import Comparison
@@ -76,9 +76,9 @@ def test_the_search_counts_a_moved_hypothesis_once(null, stuck, monkeypatch):
     single = dataclasses.replace(null, effects=CANDIDATES[1:], problem=stuck.problem)
     comparison = Comparison([null, single], {"point_mass": 1, "gain_error": 1})
     fitted = [stuck]
-    monkeypatch.setattr(_search, "extended", lambda *_: [fitted.pop()] if fitted else [])
-    monkeypatch.setattr(_search, "_pairs", lambda comparison, branches, most: [])
-    deeper = _search.one_more_effect(comparison, 1, lambda: None)
+    monkeypatch.setattr(_more_effects, "extended", lambda *_: [fitted.pop()] if fitted else [])
+    monkeypatch.setattr(_more_effects, "_pairs", lambda comparison, branches, most: [])
+    deeper = _more_effects.one_more_effect(comparison, 1, lambda: None)
     (pair,) = [hypothesis for hypothesis in deeper.hypotheses if len(hypothesis.effects) == 2]
     assert abs(place_of_mass(pair) - TRUE_PLACE) < 0.01
     assert np.isfinite(deeper.log_odds(pair))

@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import trapezoid
 
 from bayes_placement import effects, plots
-from bayes_placement.criticism.missing import _change_between_states, _search
+from bayes_placement.criticism.missing import _change_between_states, _more_effects
 from bayes_placement.criticism.missing._before_and_after import _next_best
 from bayes_placement.criticism.missing._candidates import numbered, renamed
 from bayes_placement.criticism.missing._change_between_states import NEW, UNCHANGED, FoundEffect
@@ -166,8 +166,8 @@ def found():
 
 def searched(*hidden):
     null = null_hypothesis(experiment(), experiment().data(measured(*hidden, seed=2)))
-    singles = _search.single_effects(null, MASSES, lambda: None)
-    return _search.one_more_effect(singles, 1, lambda: None)
+    singles = _more_effects.single_effects(null, MASSES, lambda: None)
+    return _more_effects.one_more_effect(singles, 1, lambda: None)
 
 
 def places_of(hypothesis):
@@ -190,10 +190,10 @@ def test_lines_count_by_their_noise_where_further_effects_are_chosen(found):
     """Near the truth as plain residuals; far from it so that all that is missed is one error."""
     best, null = found.best(), found.of(())
     logarithmic = best.problem.squares.residuals(best.fit.point[None], True)[0][0]
-    weighted = logarithmic * _search._weight(best, logarithmic)
+    weighted = logarithmic * _more_effects._weight(best, logarithmic)
     assert np.sum(weighted**2) == pytest.approx(np.sum(best.residual**2), rel=0.02)
     far = null.problem.squares.residuals(null.fit.point[None], True)[0][0]
-    weights = _search._weight(null, far)
+    weights = _more_effects._weight(null, far)
     assert np.sum((far * weights) ** 2) == pytest.approx(null.problem.count, rel=1e-6)
     assert null.chi2_per_datum > 10
 
@@ -204,8 +204,8 @@ def test_what_takes_long_is_tried_beside_the_best_hypothesis_alone(found, monkey
     assert patch.tried_last
     candidate = Mock(effect=patch, problem=null.problem.with_effect(patch))
     pool = found._replace(hypotheses=[null, single], candidates=[candidate])
-    monkeypatch.setattr(_search, "_by_promise", lambda *_: [candidate])
-    pairs = _search._pairs(pool, [single, null], 5)
+    monkeypatch.setattr(_more_effects, "_by_promise", lambda *_: [candidate])
+    pairs = _more_effects._pairs(pool, [single, null], 5)
     assert [[branch.kinds for branch, _ in of_kind] for of_kind in pairs] == [[single.kinds]]
 
 
@@ -262,9 +262,9 @@ def test_a_further_effect_of_a_kind_takes_the_place_of_none(found, monkeypatch):
     library = effects.library(experiment(), ["point_mass", "gain_error", "time_delay"])
     candidates = scanned([(null, effect) for effect in library.effects], lambda: None)
     by_promise = sorted(candidates, key=lambda candidate: candidate.predicted_cost)
-    monkeypatch.setattr(_search, "_by_promise", lambda *_: by_promise)
+    monkeypatch.setattr(_more_effects, "_by_promise", lambda *_: by_promise)
     pool = found._replace(hypotheses=[null, best], candidates=by_promise)
-    groups = _search._pairs(pool, [best], 2)
+    groups = _more_effects._pairs(pool, [best], 2)
     kinds = [kind_of(group[0][1]) for group in groups]
     assert sorted(kinds) == ["gain_error", "point_mass", "time_delay"]
     assert kinds[0] == "point_mass"  # where it promises less than two others, it is not tried
@@ -326,4 +326,4 @@ def test_parts_of_the_best_have_no_kind_more_often_than_it_has():
     part, other = (hypothesis([kind, kind], 0.0) for kind in ("point_mass", "gain_error"))
     best = hypothesis(["point_mass", "point_mass", "gain_error"], 900.0)
     pool = comparison(hypothesis([], -90.0), part, other, best)
-    assert _search._subsets_of_best(pool, 2, 5) == [part]
+    assert _more_effects._subsets_of_best(pool, 2, 5) == [part]

@@ -10,7 +10,7 @@ from bayes_placement.criticism.kept_fits import FIT_LAYOUT
 from bayes_placement.criticism.missing import _scan, _scanned_candidates
 from bayes_placement.criticism.missing._at_channels import at_lines_of_scans
 from bayes_placement.criticism.missing._hypotheses import Hypothesis, linear_logarithmic
-from bayes_placement.criticism.missing._score_test import scores
+from bayes_placement.criticism.missing._suspicion import scores
 from bayes_placement.inference.residuals import Problem, point_in_problem
 from tests.criticism.small import experiment, measured
 

@@ -8,11 +8,11 @@ from scipy.stats import kstest
 import bayes_placement as bp
 from bayes_placement import effects
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis, with_errors
+from bayes_placement.criticism.missing._predicted_odds import _ErroneousModel
 from bayes_placement.criticism.missing._scanned_candidates import fitted, scanned
-from bayes_placement.criticism.missing._score_test import suspicion
-from bayes_placement.criticism.missing._screen import _ErroneousModel
+from bayes_placement.criticism.missing._suspicion import suspicion
 from bayes_placement.inference.engines.levenberg_marquardt import minimise
-from tests.criticism.missing.test_screen import SIZES
+from tests.criticism.missing.test_predicted_odds import SIZES
 from tests.criticism.small import TRUTH, experiment, measured
 
 SEEDS = range(40)

@@ -8,9 +8,9 @@ import bayes_placement as bp
 from bayes_placement import effects
 from bayes_placement.criticism.missing._candidates import candidates_of
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis, with_errors
+from bayes_placement.criticism.missing._more_effects import single_effects, with_channels
 from bayes_placement.criticism.missing._posterior_odds import passes
-from bayes_placement.criticism.missing._screen import ALWAYS, _ErroneousModel, worth_fitting
-from bayes_placement.criticism.missing._search import single_effects, with_channels
+from bayes_placement.criticism.missing._predicted_odds import ALWAYS, _ErroneousModel, worth_fitting
 from bayes_placement.inference.chi2 import LEVEL
 from bayes_placement.inference.engines.levenberg_marquardt import minimise
 from tests.criticism.missing.test_before_and_after import imperfect, measured

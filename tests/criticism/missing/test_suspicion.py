@@ -11,7 +11,7 @@ from bayes_placement import effects, positions
 from bayes_placement._shared.compiled import compiled
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.criticism.missing._scanned_candidates import scanned
-from bayes_placement.criticism.missing._score_test import suspicion
+from bayes_placement.criticism.missing._suspicion import suspicion
 from tests.criticism import small
 from tests.in_space import Linear
 

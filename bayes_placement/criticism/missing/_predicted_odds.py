@@ -13,7 +13,7 @@ from ._compiled_ahead import compiled_ahead
 from ._hypotheses import Hypothesis
 from ._posterior_odds import Comparison
 from ._scan import other_places
-from ._score_test import ROUNDING, changes, weak_points
+from ._suspicion import ROUNDING, changes, weak_points
 
 POINTS = 200
 """Greatest number of places and settings of an effect."""
