@@ -1,5 +1,6 @@
 """The same hypotheses with and without model error: which of the two the data ask for."""
 
+import functools
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -39,6 +40,7 @@ from ._scanned_candidates import Tick
 from ._shared_fits import SharedFits, shared_fits
 from ._simpler_laws import with_simpler_laws
 from ._so_far import Seen, nothing_seen
+from ._suspension import with_suspended
 from ._weighed import Weighed
 from .decide import Decision, as_good_elsewhere, predicts_better
 from .table import Policy, TableOfFits
@@ -209,6 +211,8 @@ def deeper(
     question: Question, comparison: Comparison, depth: int, breadth: Breadth, tick: Tick
 ) -> Comparison:
     """Try one more effect, also one that is in no list, beside each of the best so many."""
+    if depth == 1:
+        comparison = with_suspended(comparison, comparison, question.tried.networks)
     laws = laws_beside_best(comparison, depth, tick) if question.tried.networks else None
     meanwhile = nothing if laws is None else laws.look
     comparison = one_more_effect(comparison, depth, tick, breadth, meanwhile)
@@ -228,6 +232,10 @@ def _deepened_with_errors(
     """Effects with model error, one more at a time; some were fitted, by what they are without."""
     assert question.errors is not None
     comparison = with_simpler_laws(_single_effects_with_errors(question, exact, tick, fitted))
+    if not explains(comparison.best(), question.level):
+        rival = rival_among(comparison.hypotheses)
+        of_exact = functools.partial(question.fits.with_errors, rival=rival)
+        comparison = with_suspended(comparison, exact, question.tried.networks, of_exact)
     question.seen(comparison)
     for depth in range(1, question.most_effects):
         if not wants_more_effects(comparison, depth, question.level):
