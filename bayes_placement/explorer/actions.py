@@ -7,7 +7,7 @@ import abc
 import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 from .._shared.errors import InputError
 from ..experiment.experiment import Experiment
@@ -15,6 +15,7 @@ from ..experiment.model_error import Embedded
 from ..inference.units import readable
 from ..io.case._effects import FIELD, with_effects
 from ..io.case._json_fields import JsonObject
+from .messages import Json
 from .steps import as_drawn
 
 FILE = Path("explored.json")
@@ -46,7 +47,7 @@ class Action(abc.ABC):
     def title(self, before: ValuedModel) -> str:
         """Name of the step, in words."""
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> Json:
         """Return it as a file holds it."""
         return {"do": self.word, **dataclasses.asdict(self)}
 
@@ -78,7 +79,7 @@ class Added(Action):
     """One more effect is there."""
 
     word = "add"
-    effect: Mapping[str, Any]
+    effect: Json
     """The effect as a case states it: its kind, its number among the candidates from 1, a name."""
     values: Mapping[str, float]
     """Values of its unknowns to begin with."""
@@ -178,7 +179,7 @@ class Improved(Action):
     word = "search"
     step: int
     """Its number in the ledger."""
-    effects: Sequence[Mapping[str, Any]]
+    effects: Sequence[Json]
     """Effects that are new in it, as a case states them."""
     with_model_error: bool
     """Whether the modes and channels have errors besides."""
@@ -215,7 +216,7 @@ ACTIONS: dict[str, type[Action]] = {
 """Actions by the words of files."""
 
 
-def action_from(content: Mapping[str, Any]) -> Action:
+def action_from(content: Json) -> Action:
     """Return an action from a file."""
     fields = dict(content)
     try:
@@ -227,7 +228,7 @@ def action_from(content: Mapping[str, Any]) -> Action:
         ) from error
 
 
-def with_stated(experiment: Experiment, effects: Any) -> Experiment:
+def with_stated(experiment: Experiment, effects: Sequence[Json]) -> Experiment:
     """Return an experiment with effects that are stated as in a case."""
     return with_effects(experiment, JsonObject({FIELD: [dict(each) for each in effects]}, FILE))
 

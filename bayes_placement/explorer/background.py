@@ -3,8 +3,7 @@
 One worker does one thing after the other, so that a preview waits for a fit that is under way.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
@@ -17,6 +16,7 @@ from .worker import Told, Worker
 
 if TYPE_CHECKING:
     from ..criticism.reach.reach import Reach
+    from ..inference.alternative_explanation import Alternative
     from .live import LivePage
 
 
@@ -74,8 +74,6 @@ def lines_within(experiment: Experiment, band: Band) -> np.ndarray:
 FITTED = "fitted as given"
 """Name of the curves of the model as given, fitted."""
 
-NOTHING: Mapping[str, Any] = MappingProxyType({})
-
 
 class Background:
     """A worker that looks at the models of a page, and tells the page what it has found.
@@ -132,7 +130,7 @@ class Background:
         else:
             self._models.choose(model)
 
-    def look_at_next(self, state: int, alternatives: Any) -> None:
+    def look_at_next(self, state: int, alternatives: Sequence["Alternative"]) -> None:
         """Look where to measure next, by the explanations that a search has left."""
         self._page.tell("background", task="next", share=0.0)
         self._begin("next", state, alternatives=alternatives)
@@ -141,10 +139,10 @@ class Background:
         """End the worker."""
         self._worker.stop()
 
-    def _begin(self, task: str, state: int, **further: Any) -> None:
+    def _begin(self, task: str, state: int, **further: object) -> None:
         self._begin_on(self._page.session.states[state].model, task, state, **further)
 
-    def _begin_on(self, model: ValuedModel, task: str, state: int, **further: Any) -> None:
+    def _begin_on(self, model: ValuedModel, task: str, state: int, **further: object) -> None:
         asked = self._page.asked(model.experiment)
         self._running[self._worker.begin(task, asked=asked, **further)] = task, state
 
@@ -179,13 +177,10 @@ class Background:
         elif task == "check_data":
             page.tell_found("faults", {"sentences": content})
         else:
-            self._end_next(content) if task == "next" else self._end_reach(state, content)
+            page.tell_found("next", content) if task == "next" else self._end_reach(state, content)
             page.tell("background", task=task, share=1.0)
 
-    def _end_next(self, content: Mapping[str, Any]) -> None:
-        self._page.tell_found("next", content)
-
-    def _end_reach(self, state: int, content: Any) -> None:
+    def _end_reach(self, state: int, content: "Reach") -> None:
         from . import found  # it takes long to import, and the page stands before
 
         self._reach, self._read_by_line = content, found.read_by_line(content)
@@ -205,5 +200,5 @@ class Background:
     def _end_beside(self, told: Told) -> None:
         """Show reach also beside a model that was moved meanwhile: the next one follows."""
         self._models.ended()
-        header, arrays = told.content if told.word == "done" else ({"acts_on": ""}, NOTHING)
+        header, arrays = told.content if told.word == "done" else ({"acts_on": ""}, {})
         self._page.send(packed({"is": "beside", **header}, arrays))

@@ -1,6 +1,6 @@
 """Effects that can be dropped on a structure, and with which values they begin."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -67,7 +67,7 @@ def added(
     return min(choices, key=lambda choice: choice[0])[1]
 
 
-def _effect(experiment: Experiment, name: str) -> Any:
+def _effect(experiment: Experiment, name: str) -> Effect:
     return next(effect for effect in experiment.effects if effect.name == name)
 
 
@@ -97,7 +97,8 @@ def placed_at(experiment: Experiment, name: str, at: Position | None) -> dict[st
     effect = _effect(experiment, name)
     if at is None or not is_placed(effect):
         return {}
-    nearest = effect.at.nearest(at) if isinstance(effect.at, Place) else {}
+    place = getattr(effect, effect.place_fields[0])
+    nearest = place.nearest(at) if isinstance(place, Place) else {}
     values = {}
     for unknown in _unknowns(experiment, name):
         if unknown.field == "at":

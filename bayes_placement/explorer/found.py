@@ -1,8 +1,5 @@
 """What reach and a search have found, as the page shows it."""
 
-from collections.abc import Mapping
-from typing import Any
-
 import jax.numpy as jnp
 import numpy as np
 
@@ -17,10 +14,11 @@ from ..inference.residuals import sizes_of
 from ..io.case._effects import stated_effects
 from ..laws.tabulated import COMPLIANCES
 from .actions import Improved, ValuedModel
+from .messages import Json
 from .steps import as_drawn
 
 
-def reach_for_page(reach: Reach) -> dict[str, Any]:
+def reach_for_page(reach: Reach) -> Json:
     """Return what laws can do at each place, and the law that the data ask for, kind by kind.
 
     `rows` of a kind are those of its curve in a bound of a band.
@@ -38,12 +36,7 @@ def reach_for_page(reach: Reach) -> dict[str, Any]:
         for kind in reach.to_json()
     ]
     is_bounded = reach.in_bands is not None
-    return {
-        "kinds": kinds,
-        "words": reach.words(),
-        "fails": reach.fails,
-        "is_bounded": is_bounded,
-    }
+    return {"kinds": kinds, "words": reach.words(), "fails": reach.fails, "is_bounded": is_bounded}
 
 
 def read_by_line(reach: Reach) -> list[str]:
@@ -54,7 +47,7 @@ def read_by_line(reach: Reach) -> list[str]:
     return [str(kind) for kind in kinds if kind not in (*NOWHERE, *OF_MANY)]
 
 
-def _law(reach: Reach, kind: str) -> Mapping[str, Any] | None:
+def _law(reach: Reach, kind: str) -> Json | None:
     """The law as measured and the best network, line by line; None where none was read."""
     if kind not in reach.measured or kind in CHANNELS:
         return None
@@ -68,7 +61,7 @@ def _law(reach: Reach, kind: str) -> Mapping[str, Any] | None:
     return {**measured, "unit": unit, "law_real": named.real, "law_imaginary": named.imag}
 
 
-def ledger_for_page(ledger: Ledger) -> dict[str, Any]:
+def ledger_for_page(ledger: Ledger) -> Json:
     """Return candidates with probabilities, what they cannot be told from, and the sentences."""
     best = ledger.compared.sort_values("log_odds", ascending=False).drop_duplicates("effects")
     return {

@@ -3,13 +3,13 @@
 import json
 import os
 import secrets
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from .._shared.errors import InputError, WritingError
 from .._shared.files import write_json
 from ..experiment.content_hash import content_hash
+from .messages import Json
 from .session import SCHEMA, Session
 
 FOLDER = "explored"
@@ -69,7 +69,7 @@ class KeptPage(NamedTuple):
         assert self.folder is not None
         return self.folder / f"{self.key}.{suffix}"
 
-    def _read(self, suffix: str) -> Mapping[str, Any] | None:
+    def _read(self, suffix: str) -> Json | None:
         """Content of a file; None where there is none, or none that was written in full."""
         if self.folder is None:
             return None
@@ -80,6 +80,6 @@ class KeptPage(NamedTuple):
         return content if isinstance(content, dict) else None
 
 
-def kept_page(folder: Path | None, *about: Any) -> KeptPage:
+def kept_page(folder: Path | None, *about: object) -> KeptPage:
     """Return the files of a model and what was measured; without a folder nothing is kept."""
     return KeptPage(folder, content_hash(*about)[:16])

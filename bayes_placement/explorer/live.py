@@ -4,7 +4,7 @@ import sys
 import traceback
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from .._shared.compiled import of_jax
 from .._shared.errors import PackageError
@@ -12,10 +12,10 @@ from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
 from ..page.frames import packed
 from .actions import Action, Drawn, Moved, Refitted, Removed, ValuedModel
-from .background import NOTHING, Background
+from .background import Background
 from .candidates import Position, added, placed_at
 from .last_used import LastUsed
-from .messages import Message
+from .messages import Json, Message
 from .page_frames import (
     REPORT,
     Surroundings,
@@ -28,6 +28,10 @@ from .response import Response, ResponseOf, items_of
 from .session import Session
 from .sliders import Slider, sliders
 from .worker import AskedOfWorker, Told, Worker
+
+if TYPE_CHECKING:
+    from ..criticism.missing.fitted_model import FittedModel
+    from ..criticism.missing.ledger import Ledger
 
 NOW, DRAWN, COMPLETED = "now", "as drawn", "completed"
 COMPARED = "compared"
@@ -49,7 +53,7 @@ class LivePage:
         post: Callable[[Callable[[], None]], None],
     ):
         self.session, self.around = session, around
-        self.ledger: Any = None
+        self.ledger: Ledger | None = None
         self.send = send
         self.data: Data = of_jax(session.model.experiment.data(session.measurement))
         self._response_of = LastUsed(self._compiled)
@@ -224,7 +228,7 @@ class LivePage:
             experiment, self.session.measurement, self.around.baseline, self.around.store
         )
 
-    def _begin_at_hand(self, task: str, **further: Any) -> None:
+    def _begin_at_hand(self, task: str, **further: object) -> None:
         if self._task is not None:
             return
         self._begun_at = self.session.current
@@ -259,7 +263,7 @@ class LivePage:
         else:
             self._take_over(told.content)
 
-    def _show_step(self, step: Any) -> None:
+    def _show_step(self, step: "FittedModel") -> None:
         """Show the best model that a search has found so far."""
         from . import found
 
@@ -267,7 +271,7 @@ class LivePage:
         title = " ".join(f"+ {name}" for name in step.effects) or "as given"
         self.tell_curves(NOW, model, task="search", title=f"search: {title}")
 
-    def _take_over(self, ledger: Any) -> None:
+    def _take_over(self, ledger: "Ledger") -> None:
         """Make each step of a ledger a state, from the one at which the search began."""
         from . import found  # it takes long to import, and the page stands before
 
@@ -357,9 +361,9 @@ class LivePage:
         state = state_for_page(self.session, self._sliders())
         self._show("state", packed({"is": "state", **state}, {}))
 
-    def tell_found(self, word: str, content: Mapping[str, Any], arrays: Any = NOTHING) -> None:
+    def tell_found(self, word: str, content: Json) -> None:
         """Send what was found, now and to every page that comes."""
-        self._found[word] = packed({"is": word, **content}, arrays)
+        self._found[word] = packed({"is": word, **content}, {})
         self.send(self._found[word])
 
     def _tell_task(self, task: tuple[int, str] | None) -> None:
@@ -372,7 +376,7 @@ class LivePage:
         self._shown[word] = frame
         self.send(frame)
 
-    def tell(self, word: str, **content: Any) -> None:
+    def tell(self, word: str, **content: object) -> None:
         """Send words and numbers without arrays."""
         self.send(packed({"is": word, **content}, {}))
 

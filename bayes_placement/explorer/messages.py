@@ -3,7 +3,12 @@
 import json
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
+
+Json: TypeAlias = Mapping[str, Any]
+"""An object of JSON."""
+
+Check: TypeAlias = Callable[[object], bool]
 
 LONGEST = 16_384
 """Most letters of a message."""
@@ -21,41 +26,41 @@ class Message(NamedTuple):
 
     do: str
     """The word of what is to be done."""
-    content: Mapping[str, Any]
+    content: Json
     """Its fields."""
 
 
-def _is_name(value: Any) -> bool:
+def _is_name(value: object) -> bool:
     return isinstance(value, str) and 0 < len(value) <= LONGEST_NAME
 
 
-def _is_number(value: Any) -> bool:
-    is_real = isinstance(value, int | float) and not isinstance(value, bool)
-    return is_real and math.isfinite(value)
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def _is_count(value: Any) -> bool:
+def _is_count(value: object) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 1_000_000
 
 
-def _is_values(value: Any) -> bool:
-    is_short = isinstance(value, dict) and 0 < len(value) <= MOST_VALUES
-    return is_short and all(_is_name(k) and _is_number(v) for k, v in value.items())
+def _is_values(value: object) -> bool:
+    if not isinstance(value, dict) or not 0 < len(value) <= MOST_VALUES:
+        return False
+    return all(_is_name(k) and _is_number(v) for k, v in value.items())
 
 
-def _is_place(value: Any) -> bool:
+def _is_place(value: object) -> bool:
     return isinstance(value, list) and len(value) == 3 and all(map(_is_number, value))
 
 
-def _or_none(check: Callable[[Any], bool]) -> Callable[[Any], bool]:
+def _or_none(check: Check) -> Check:
     return lambda value: value is None or check(value)
 
 
-def _one_of(*words: str) -> Callable[[Any], bool]:
+def _one_of(*words: str) -> Check:
     return lambda value: value in words
 
 
-ALLOWED: Mapping[str, Mapping[str, Callable[[Any], bool]]] = {
+ALLOWED: Mapping[str, Mapping[str, Check]] = {
     "move": {"values": _is_values, "serial": _is_count},
     "drag": {"effect": _is_name, "at": _is_place, "serial": _is_count},
     "set": {"values": _is_values},
@@ -97,10 +102,10 @@ def parsed(text: str) -> Message:
     return Message(str(word), {name: _plain(content[name], fields[name]) for name in content})
 
 
-def _plain(value: Any, allowed: Callable[[Any], bool]) -> Any:
+def _plain(value: object, allowed: Check) -> object:
     """Numbers as floats, also those that JSON writes as whole ones; all else as it is."""
     if isinstance(value, dict):
         return {name: float(number) for name, number in value.items()}
     if isinstance(value, list):
         return tuple(map(float, value))
-    return float(value) if allowed is _is_number else value
+    return float(value) if isinstance(value, int) and allowed is _is_number else value

@@ -23,7 +23,7 @@ def widget_of(server: "PageServer") -> Any:
     def hear(frame: bytes) -> None:
         widget.send({}, buffers=[frame])
 
-    def take(_: Any, content: Any, buffers: Any) -> None:
+    def take(_: object, content: object, buffers: object) -> None:
         if content == READY:
             server.attach(hear)
         elif isinstance(content, str):

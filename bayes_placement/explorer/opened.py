@@ -84,7 +84,7 @@ class Explorer:
         link = f'<a href="{self.address}" target="_blank" rel="noopener">{self.address}</a>'
         return f"<div>{link}</div>"
 
-    def _repr_mimebundle_(self, **settings: Any) -> Any:
+    def _repr_mimebundle_(self, **settings: Any) -> object:
         """Show the page in a cell where anywidget is installed; else its address is shown."""
         from .notebook import widget_of
 
@@ -158,7 +158,7 @@ def opened(
     from .kept import FOLDER, kept_page
     from .live import LivePage
     from .page_frames import Surroundings
-    from .server import PageServer
+    from .server import PageServer, Post
     from .session import HEAD, Session
 
     check_experiment(experiment, "explore")
@@ -183,7 +183,7 @@ def opened(
     words = kept.take_up(session)
     around = Surroundings(given.name, baseline, given.fits, kept, given.saves, given.report)
 
-    def make(send: Any, post: Any) -> LivePage:
+    def make(send: Callable[[bytes], None], post: Post) -> LivePage:
         return LivePage(session, around, send, post)
 
     server = PageServer(make, kept.secret(), given.port)

@@ -11,10 +11,13 @@ from .._shared.progress import Progress
 from ..criticism.findings._shapes import outline_of, points_and_lines, shapes
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
+from ..experiment.transducers import Transducer
 from ..page.frames import packed
 from ..positions._outlines import outline_of as tolerance_of
+from ..positions.bounds import Bounds
 from ..positions.vectors import unit_vector
 from .kept import KeptPage
+from .messages import Json
 from .response import Response, coherence_rows, measured_rows, pair_labels
 from .session import Session
 from .sliders import Slider, as_json
@@ -31,7 +34,7 @@ DIGITS = 6
 """Digits of coordinates."""
 
 
-def structure_for_page(experiment: Experiment) -> dict[str, Any]:
+def structure_for_page(experiment: Experiment) -> Json:
     """Return points [m] and lines of a structure, its transducers with axes and tolerances."""
     outline = points_and_lines(experiment)
     bounds = experiment.structure.modes.bounds()
@@ -50,7 +53,7 @@ def structure_for_page(experiment: Experiment) -> dict[str, Any]:
     }
 
 
-def modes_for_page(session: Session) -> dict[str, Any]:
+def modes_for_page(session: Session) -> Json:
     """Return modes of the model at hand, and those without what was added; or those as drawn.
 
     With the modal assurance criterion of each shape with each of the others.
@@ -71,7 +74,7 @@ def modes_for_page(session: Session) -> dict[str, Any]:
     }
 
 
-def _modes(found: "xr.Dataset") -> dict[str, Any]:
+def _modes(found: "xr.Dataset") -> Json:
     """Natural frequencies [Hz] and mode shapes at the points of the structure."""
     shape = found["shape"].values
     largest = np.abs(shape).max(axis=(1, 2), keepdims=True, initial=0.0)
@@ -81,7 +84,7 @@ def _modes(found: "xr.Dataset") -> dict[str, Any]:
     }
 
 
-def _transducer(transducer: Any, bounds: Any) -> Mapping[str, Any]:
+def _transducer(transducer: Transducer, bounds: Bounds) -> Json:
     place = np.atleast_1d(np.asarray(transducer.recorded, dtype=float))
     tolerance = tolerance_of(transducer.position, bounds)
     return {
@@ -94,7 +97,7 @@ def _transducer(transducer: Any, bounds: Any) -> Mapping[str, Any]:
     }
 
 
-def _rounded(numbers: Any) -> Any:
+def _rounded(numbers: np.ndarray) -> list[object]:
     return np.round(np.asarray(numbers, dtype=float), DIGITS).tolist()
 
 
@@ -102,7 +105,7 @@ class LongSave(abc.ABC):
     """How something is saved that takes long: a worker does it."""
 
     @abc.abstractmethod
-    def writer(self, page: "LivePage") -> Callable[[Progress], Any]:
+    def writer(self, page: "LivePage") -> Callable[[Progress], object]:
         """Return what the worker calls: it writes the page as it is now."""
 
     @abc.abstractmethod
@@ -147,7 +150,7 @@ def model_frame(session: Session, data: Data, around: Surroundings) -> bytes:
     return packed(header, arrays | ({} if coherence is None else {"coherence": coherence}))
 
 
-def curves_frame(response: Response, **header: Any) -> bytes:
+def curves_frame(response: Response, **header: object) -> bytes:
     """Return what a model predicts, and its error; the header names the curves and their owner."""
     arrays = {
         "predicted": response.predicted,
@@ -160,7 +163,7 @@ def curves_frame(response: Response, **header: Any) -> bytes:
     return packed({"is": "curves", "chi2": response.chi2, **header}, arrays)
 
 
-def state_for_page(session: Session, shown: list[Slider]) -> dict[str, Any]:
+def state_for_page(session: Session, shown: list[Slider]) -> Json:
     """Return numbers, effects and steps of the model at hand."""
     model = session.model
     steps = [

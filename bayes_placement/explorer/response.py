@@ -1,7 +1,7 @@
 """Response of a model at values of its unknowns, compiled once for each structure of effects."""
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import jax.numpy as jnp
 import numpy as np
@@ -9,12 +9,14 @@ from jaxtyping import Array, Float
 
 from .._shared.compiled import Bound, compiled, of_jax, programs_kept
 from ..criticism.values import prediction, with_arrays
+from ..effects.effect import Effect
 from ..experiment._experiment_checks import at_levels
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
 from ..inference.standardised_residual import standardised_residual
 from ..positions.places import coordinates
 from .last_used import MOST
+from .messages import Json
 
 BANDS = 32
 """Most frequency bands of the map of the error."""
@@ -24,6 +26,8 @@ PROGRAMS = programs_kept(MOST)
 
 Values = Mapping[str, float]
 """Value of each unknown by name, elements of arrays one by one."""
+
+Outputs: TypeAlias = tuple[Array, Array, Array, Float[Array, "item 3"]]
 
 
 class Response(NamedTuple):
@@ -65,7 +69,7 @@ class ResponseOf:
     def __init__(self, experiment: Experiment, data: Data):
         self._experiment, self._data = experiment, data
         known = of_jax(experiment), of_jax(data)
-        self._compiled: Bound[Any] = compiled(_response).bound(*known, programs=PROGRAMS)
+        self._compiled: Bound[Outputs] = compiled(_response).bound(*known, programs=PROGRAMS)
         self._present = _rows(np.asarray(data.measured), experiment)
 
     def __call__(self, values: Values) -> Response:
@@ -102,7 +106,7 @@ def coherence_rows(
     return np.stack(known, axis=2).reshape(-1, lines.size)
 
 
-def pair_labels(experiment: Experiment) -> list[dict[str, Any]]:
+def pair_labels(experiment: Experiment) -> list[Json]:
     """Sensor, actuator and force level [N] of each pair, in the order of the rows."""
     observe = experiment.observe
     return [
@@ -120,7 +124,7 @@ def items_of(experiment: Experiment) -> list[tuple[str, str]]:
     return [*sensors, *(("actuator", name) for name in experiment.actuator), *placed]
 
 
-def _response(experiment: Experiment, data: Data, values: Mapping[str, Any]) -> Any:
+def _response(experiment: Experiment, data: Data, values: Mapping[str, object]) -> Outputs:
     known = experiment.fix(values)
     predicted, variance = prediction(known, data)
     residual, _ = standardised_residual(known, data, False)
@@ -129,13 +133,13 @@ def _response(experiment: Experiment, data: Data, values: Mapping[str, Any]) -> 
 
 def _places(known: Experiment) -> Float[Array, "item 3"]:
     instruments = [*known.sensor.values(), *known.actuator.values()]
-    where: list[Any] = [transducer.position for transducer in instruments]
+    where: list[object] = [transducer.position for transducer in instruments]
     where += [getattr(e, e.place_fields[0]) for e in known.effects if is_placed(e)]
     three = [jnp.ravel(coordinates(at)) for at in where]
     return jnp.stack([jnp.pad(at, (0, 3 - at.size)) for at in three])
 
 
-def is_placed(effect: Any) -> bool:
+def is_placed(effect: Effect) -> bool:
     """Whether an effect has a place of its own, rather than a shift or a part."""
     return effect.place_fields[:1] == ("at",)
 
@@ -146,7 +150,7 @@ def _rows(outputs: np.ndarray, experiment: Experiment) -> np.ndarray:
     return outputs.reshape(-1, parts, outputs.shape[-1])
 
 
-def _mean(squares: np.ndarray, axes: tuple[int, ...]) -> Any:
+def _mean(squares: np.ndarray, axes: tuple[int, ...]) -> np.ndarray:
     """Mean of what was measured; NaN where nothing was."""
     count = np.isfinite(squares).sum(axis=axes)
     return np.nansum(squares, axis=axes) / np.where(count, count, np.nan)

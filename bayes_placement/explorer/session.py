@@ -3,13 +3,14 @@
 States are never changed nor lost: one that is returned to may have several that follow from it.
 """
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 from .._shared.compiled import of_jax
 from ..effects.effect import Effect
 from ..experiment.experiment import Experiment, Measurements
 from .actions import Action, ValuedModel, action_from
+from .messages import Json
 from .shared_arrays import LARGE
 from .steps import as_drawn
 
@@ -121,7 +122,7 @@ class Session:
             lines += [] if action is None else action.lines()
         return "\n".join([*lines, END, ""])
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> Json:
         """Return what a file holds: every state but the first one by its action."""
         states = [
             {"parent": state.parent, "action": state.action.to_json()}
@@ -131,9 +132,9 @@ class Session:
         chi2 = [self.chi2.get(number) for number in range(len(self.states))]
         return {"schema": SCHEMA, "current": self.current, "states": states, "chi2": chi2}
 
-    def take_up(self, content: Mapping[str, Any]) -> None:
+    def take_up(self, content: Json) -> None:
         """Do again all that a file holds."""
-        states: Sequence[Mapping[str, Any]] = content["states"]
+        states: Sequence[Json] = content["states"]
         for state in states:
             self.go(int(state["parent"]))
             self.do(action_from(state["action"]))

@@ -1,11 +1,11 @@
 """Unknowns as the page shows them: a number, its range, and the prior drawn along that range."""
 
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Array, Float
 from numpyro.distributions import Distribution, TransformedDistribution
 from numpyro.distributions.transforms import AffineTransform, ExpTransform
 
@@ -14,6 +14,9 @@ from .._shared.ranges import described, ends
 from .._shared.sites import Role, Unknown, is_finite
 from ..experiment.experiment import Experiment
 from ..inference.units import readable
+from .messages import Json
+
+Value: TypeAlias = float | int | np.generic | np.ndarray | Array
 
 POINTS = 65
 """Points along a range at which a prior is drawn."""
@@ -92,11 +95,11 @@ def _sliders(unknown: Unknown) -> Iterator[Slider]:
         )
 
 
-def _flat(end: Any, prior: Distribution) -> np.ndarray:
+def _flat(end: Value, prior: Distribution) -> np.ndarray:
     return np.ravel(np.broadcast_to(np.asarray(end, dtype=float), prior.shape()))
 
 
-def _origin(prior: Distribution) -> Any:
+def _origin(prior: Distribution) -> Value:
     """The number from which a prior goes by factors: -1 of -1 + exp(...), as of a gain."""
     match prior:
         case TransformedDistribution(transforms=[*_, ExpTransform(), AffineTransform() as last]):
@@ -104,7 +107,7 @@ def _origin(prior: Distribution) -> Any:
     return 0.0
 
 
-def _range(prior: Distribution) -> tuple[Any, Any]:
+def _range(prior: Distribution) -> tuple[Value, Value]:
     """Ends of a prior, or what most of its probability lies between."""
     if is_finite(prior):
         support = np.asarray(prior.enumerate_support())
@@ -147,11 +150,11 @@ def _density(
     return [round(float(each), 3) for each in height]
 
 
-def _log_densities(prior: Distribution, values: Any) -> Any:
+def _log_densities(prior: Distribution, values: Float[Array, "value ..."]) -> Float[Array, "value"]:
     densities = prior.log_prob(values)
     return jnp.sum(densities.reshape(len(values), -1), axis=1)
 
 
-def as_json(shown: list[Slider], values: Mapping[str, float]) -> list[dict[str, Any]]:
+def as_json(shown: list[Slider], values: Mapping[str, float]) -> list[Json]:
     """Return sliders with their values for the page."""
     return [{**slider._asdict(), "value": values[slider.name]} for slider in shown]

@@ -4,7 +4,6 @@ They stand on the public functions of the package; a script needs them, `bp` and
 """
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -60,7 +59,7 @@ def fit(
     return fitted_from(experiment, measurement, values, lambda values: None)
 
 
-def _plain(number: Any) -> float:
+def _plain(number: np.generic) -> float:
     """A number as Python has it; that of a node stays whole."""
     value: float = number.item()
     return value

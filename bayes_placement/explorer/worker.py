@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 from queue import SimpleQueue
 from threading import Lock, Thread
-from typing import IO, Any, NamedTuple
+from typing import IO, Any, NamedTuple, TypeAlias
 
 import cloudpickle
 import jax
@@ -64,6 +64,10 @@ class AskedOfWorker(NamedTuple):
     """Folder in which fits are kept, or None."""
 
 
+Task: TypeAlias = tuple[int, str, AskedOfWorker | None, Mapping[str, object]]
+"""Number and name of a task, what it is about where that is new, and its arguments."""
+
+
 class Worker:
     """A process that does one task after the other; it starts with the first.
 
@@ -74,10 +78,10 @@ class Worker:
         self._hear, self._lock, self._count = hear, Lock(), 0
         self._process: subprocess.Popen[bytes] | None = None
         self._asked: AskedOfWorker | None = None
-        self._messages: SimpleQueue[Any] = SimpleQueue()
+        self._messages: SimpleQueue[Task | None] = SimpleQueue()
         self._undone: set[int] = set()
 
-    def begin(self, task: str, asked: AskedOfWorker, **arguments: Any) -> int:
+    def begin(self, task: str, asked: AskedOfWorker, **arguments: object) -> int:
         """Begin a task of `worker_process.TASKS`, and return its number."""
         with self._lock:
             self._count += 1
@@ -112,7 +116,8 @@ class Worker:
         self._messages, self._asked, self._undone = SimpleQueue(), None, set()
         # The path of a model file goes along: it may import from its folder.
         arrays = large_arrays(asked)
-        begin = {"path": sys.path, "settings": _settings(), "arrays": arrays}
+        settings = {name: jax.config.values[name] for name in SETTINGS}
+        begin = {"path": sys.path, "settings": settings, "arrays": arrays}
         shared = SharedArrays(arrays)
         written = process.stdin, cloudpickle.dumps(begin), shared, self._messages
         Thread(target=_write_all, args=written, daemon=True).start()
@@ -138,7 +143,7 @@ class Worker:
 
 
 def _write_all(
-    stream: IO[bytes], begin: bytes, shared: SharedArrays, messages: "SimpleQueue[Any]"
+    stream: IO[bytes], begin: bytes, shared: SharedArrays, messages: "SimpleQueue[Task | None]"
 ) -> None:
     """Write messages one after the other, until one is None or the process has ended."""
     with suppress(OSError), stream:
@@ -161,10 +166,6 @@ def read(stream: IO[bytes]) -> bytes | None:
     (length,) = LENGTH.unpack(head)
     content = stream.read(length)
     return content if len(content) == length else None
-
-
-def _settings() -> Mapping[str, Any]:
-    return {name: jax.config.values[name] for name in SETTINGS}
 
 
 def _end(process: "subprocess.Popen[bytes]") -> None:

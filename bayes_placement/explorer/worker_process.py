@@ -11,6 +11,7 @@ from typing import Any
 
 import cloudpickle
 import jax
+import numpy as np
 
 from .._shared.compiled import forget_programs
 from .._shared.errors import PackageError
@@ -20,15 +21,18 @@ from ..criticism.kept_fits import fits_kept_in
 from ..criticism.missing.as_given import fitted_as_given
 from ..criticism.missing.from_values import fitted_from
 from ..criticism.missing.improve import improve
+from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.reach import reach
 from ..criticism.reach.at_values import ReachAtValues
+from ..criticism.reach.reach import Reach
 from ..design.next_measurement import next_measurement
 from ..experiment.variants import with_lines_at
 from ..inference.alternative_explanation import Alternative
 from ..inference.estimates import scalars
 from .candidates import Offered, offered
+from .messages import Json
 from .shared_arrays import SharedArrays
-from .worker import NICE, AskedOfWorker, read, write
+from .worker import NICE, AskedOfWorker, Task, read, write
 
 LARGE = 600e6
 """Bytes in use from which on compiled functions are forgotten as well."""
@@ -36,7 +40,7 @@ LARGE = 600e6
 IDLE = 2.0
 """Time [s] without a task after which memory goes back."""
 
-Tell = Callable[[str, Any], None]
+Tell = Callable[[str, object], None]
 """Called with a word and what belongs to it, see `Told`."""
 
 
@@ -67,7 +71,7 @@ def fit(asked: AskedOfWorker, tell: Tell, values: Mapping[str, float]) -> dict[s
     )
 
 
-def reached(asked: AskedOfWorker, tell: Tell, lines: Any = None) -> Any:
+def reached(asked: AskedOfWorker, tell: Tell, lines: np.ndarray | None = None) -> Reach:
     """What laws at each place could remove of the misfit, of some lines or of all."""
     experiment = asked.experiment
     return reach(
@@ -80,7 +84,7 @@ def reached(asked: AskedOfWorker, tell: Tell, lines: Any = None) -> Any:
 
 def beside(
     asked: AskedOfWorker, tell: Tell, acts_on: str, values: Mapping[str, float]
-) -> tuple[dict[str, Any], dict[str, Any]]:
+) -> tuple[Json, Mapping[str, np.ndarray]]:
     """What any law on a kind of port leaves with given values of the unknowns: words, arrays."""
     at_values = _at_values(asked, acts_on)
     left = at_values(values)._asdict()
@@ -102,7 +106,7 @@ def _at_values(asked: AskedOfWorker, acts_on: str) -> ReachAtValues:
     return _LAST[0][2]
 
 
-def search(asked: AskedOfWorker, tell: Tell) -> Any:
+def search(asked: AskedOfWorker, tell: Tell) -> Ledger:
     """Ledger of what the model lacks."""
     return improve(
         asked.experiment,
@@ -114,19 +118,17 @@ def search(asked: AskedOfWorker, tell: Tell) -> Any:
     )
 
 
-def report(asked: AskedOfWorker, tell: Tell, write: Callable[[Progress], Any]) -> Any:
+def report(asked: AskedOfWorker, tell: Tell, write: Callable[[Progress], object]) -> object:
     """What a report was written as, by what writes it."""
     return write(lambda share: tell("progress", share))
 
 
-def next_one(
-    asked: AskedOfWorker, tell: Tell, alternatives: Sequence[Alternative]
-) -> dict[str, Any]:
+def next_one(asked: AskedOfWorker, tell: Tell, alternatives: Sequence[Alternative]) -> Json:
     """Where one more measurement tells the explanations apart that a search has left."""
     return next_measurement(asked.experiment, asked.measurement, alternatives)
 
 
-TASKS: Mapping[str, Callable[..., Any]] = {
+TASKS: Mapping[str, Callable[..., object]] = {
     "offered": kinds_offered,
     "as_given": as_given,
     "check_data": check_data,
@@ -153,20 +155,20 @@ def serve() -> None:
         jax.config.update(name, value)
     collect_garbage_rarely()
     shared = SharedArrays(content["arrays"])
-    waiting: queue.SimpleQueue[Any] = queue.SimpleQueue()
+    waiting: queue.SimpleQueue[Task] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(shared, waiting), daemon=True).start()
     asked: Any = None
     while True:
         number, task, new, arguments = _next(waiting)
         asked = new or asked  # what the task before was about is not sent again
 
-        def tell(word: str, content: Any, number: int = number) -> None:
+        def tell(word: str, content: object, number: int = number) -> None:
             write(output, shared.dumps((number, word, content)))
 
         tell(*_outcome(task, asked, arguments, tell))
 
 
-def _next(waiting: "queue.SimpleQueue[Any]") -> Any:
+def _next(waiting: "queue.SimpleQueue[Task]") -> Task:
     """Next task; memory that nobody uses goes back where none comes for a while."""
     try:
         return waiting.get(timeout=IDLE)
@@ -178,7 +180,7 @@ def _next(waiting: "queue.SimpleQueue[Any]") -> Any:
         return waiting.get()
 
 
-def _listen(shared: SharedArrays, waiting: "queue.SimpleQueue[Any]") -> None:
+def _listen(shared: SharedArrays, waiting: "queue.SimpleQueue[Task]") -> None:
     """Take tasks while others are done, so that none waits in the pipe; end with the page."""
     while (message := read(sys.stdin.buffer)) is not None:
         waiting.put(shared.loads(message))
@@ -186,8 +188,8 @@ def _listen(shared: SharedArrays, waiting: "queue.SimpleQueue[Any]") -> None:
 
 
 def _outcome(
-    task: str, asked: AskedOfWorker, arguments: Mapping[str, Any], tell: Tell
-) -> tuple[str, Any]:
+    task: str, asked: AskedOfWorker, arguments: Mapping[str, object], tell: Tell
+) -> tuple[str, object]:
     """What a task ends with: its result, or a sentence."""
     try:
         with fits_kept_in(asked.store):
