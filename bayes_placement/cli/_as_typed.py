@@ -3,7 +3,6 @@
 import dataclasses
 import re
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from numpyro import distributions
@@ -47,7 +46,7 @@ def imports_of(text: str) -> str:
     return "".join(lines)
 
 
-def _fields(made: Any) -> Mapping[str, str] | None:
+def _fields(made: Effect | Straight) -> Mapping[str, str] | None:
     """Texts of the fields that are not as by default; None where one has no text."""
     texts = {
         field.name: as_typed(getattr(made, field.name))
@@ -58,7 +57,7 @@ def _fields(made: Any) -> Mapping[str, str] | None:
     return known if len(known) == len(texts) else None
 
 
-def _is_default(field: "dataclasses.Field[Any]", value: object) -> bool:
+def _is_default(field: "dataclasses.Field[object]", value: object) -> bool:
     plain = value is None or isinstance(value, str | int | float | tuple)
     return plain and bool(value == field.default)
 

@@ -89,7 +89,7 @@ def command(
     return register
 
 
-def _absolute(options: dict[str, Any]) -> dict[str, Any]:
+def _absolute(options: dict[str, object]) -> dict[str, object]:
     """Options with paths that are the same wherever a model file goes."""
     return {
         word: value.absolute() if isinstance(value, Path) else value

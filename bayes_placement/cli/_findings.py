@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -17,6 +16,7 @@ from ..design.next_measurement import next_measurement
 from ..experiment.experiment import Experiment, Measurements
 from ..inference.alternative_explanation import draws_of
 from ..inference.results import warnings_of
+from ._result_folder import Json
 
 FINDINGS = "findings.nc"
 """Name of the file."""
@@ -48,7 +48,7 @@ def of_result(
     """
     models = models_of(result, experiment)
     sentences = result.words()
-    about: dict[str, Any] = {
+    about: Json = {
         "command": "improve" if isinstance(result, Ledger) else "explain",
         "verdict": sentences[0],
         "sentences": sentences,

@@ -28,7 +28,7 @@ class KeptAnswer:
     Nothing is kept without a folder, or in one to which others may write: a result is a pickle.
     """
 
-    def __init__(self, folder: Path | None, *inputs: Any):
+    def __init__(self, folder: Path | None, *inputs: object):
         self._files = ArrayStore(folder) if folder and _is_private(folder) else None
         try:
             self._key = "" if self._files is None else content_hash(versions(), _sources(), *inputs)
@@ -40,7 +40,7 @@ class KeptAnswer:
         known = None if self._files is None else self._files.read(self._key)
         return None if known is None else pickle.loads(known["content"].tobytes())
 
-    def write(self, result: Any) -> None:
+    def write(self, result: object) -> None:
         """Keep what was found; a run does not end where that fails."""
         if self._files is None:
             return

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from .._shared.errors import UsageError
 from .._shared.executors import workers
@@ -109,7 +109,7 @@ class Request:
         function: Callable[..., Result],
         inputs: Inputs,
         measured: object,
-        **settings: Any,
+        **settings: object,
     ) -> Result:
         """Return what a function finds in what was measured; its progress is shown."""
         from ._shared_fits import fits_of_model  # the page of `explore` stands before

@@ -1,7 +1,7 @@
 """Arguments and options of the commands."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -202,7 +202,7 @@ Dask = Annotated[
 ]
 
 
-def out(source: str, command: str) -> Any:
+def out(source: str, command: str) -> object:
     """Return the annotation of `--out` of a command: where its results go by default."""
     words = f"Folder of the results. Default: a new one, results/{source}/{command}-1."
     return Annotated[Path | None, typer.Option(metavar="FOLDER", help=words)]
@@ -231,8 +231,7 @@ def _seed(number: int) -> int:
 
 
 Seed = Annotated[
-    int,
-    typer.Option(metavar="NUMBER", help="The same seed gives the same result.", callback=_seed),
+    int, typer.Option(metavar="NUMBER", help="The same seed gives the same result.", callback=_seed)
 ]
 NoCache = Annotated[
     bool,
@@ -276,8 +275,7 @@ ShownData = Annotated[
     ),
 ]
 MeasuredFile = Annotated[
-    Path,
-    typer.Argument(metavar="FILE", help="Measured FRFs, in any of the formats of --data."),
+    Path, typer.Argument(metavar="FILE", help="Measured FRFs, in any of the formats of --data.")
 ]
 ShapesAt = Annotated[
     SideName,
@@ -357,8 +355,7 @@ Title = Annotated[str | None, typer.Option(metavar="WORDS", help="Title of the p
 Author = Annotated[str | None, typer.Option(metavar="WORDS", help="Who wrote the report.")]
 Client = Annotated[str | None, typer.Option(metavar="WORDS", help="For whom it is.")]
 Photo = Annotated[
-    Path | None,
-    typer.Option(metavar="FILE", help="PNG or JPEG of the structure, at most 5 MB."),
+    Path | None, typer.Option(metavar="FILE", help="PNG or JPEG of the structure, at most 5 MB.")
 ]
 Comments = Annotated[
     list[str] | None,

@@ -8,7 +8,7 @@ import threading
 import time
 import warnings
 from types import FrameType
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from .._shared.garbage import collect_garbage_rarely
 from ._errors import MODEL_FAILS, UNPRINTED, StoppedBySignal
@@ -44,7 +44,7 @@ def _stop(number: int, frame: FrameType | None) -> None:
     raise StoppedBySignal(128 + number)
 
 
-def _code(code: Any, output: LastingStream | None) -> int:
+def _code(code: str | int | None, output: LastingStream | None) -> int:
     """Exit code of a command, another one where not all of its words could be printed."""
     number = int(code or 0)
     sys.stdout.flush()

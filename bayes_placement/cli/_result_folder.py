@@ -12,13 +12,16 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import typer
 
 from .._shared.errors import UsageError
 from .._shared.files import UNFINISHED, delete_leftovers, lock
 from ._streams import printable
+
+Json: TypeAlias = dict[str, Any]
+"""An object of a JSON file."""
 
 RESULTS = Path("results")
 """Folder of the results of all models."""
@@ -140,7 +143,7 @@ def _check_model(out: Path, model: Path) -> None:
             )
 
 
-def records(folder: Path) -> dict[str, Any]:
+def records(folder: Path) -> Json:
     """Records of the runs in a folder, by command; empty where there are none that can be read."""
     try:
         content = json.loads((folder / RECORD).read_text(encoding="utf-8"))

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from .._shared.files import write_atomically, write_csv, write_json
 from .._shared.parts import begun_in_helper
@@ -15,7 +15,7 @@ from ..io import modal_parameters, netcdf
 from ..io.laws import write_law
 from ._errors import MODEL_FAILS
 from ._kept import KeptAnswer
-from ._result_folder import RECORD, ResultFolder, identified, records, source_of
+from ._result_folder import RECORD, Json, ResultFolder, identified, records, source_of
 from ._terminal import Screen
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ class Run:
     folder: Path
     shared: Path
     fits: Path | None
-    record: dict[str, Any]
+    record: Json
     with_report: bool = False
     began: float = field(default_factory=time.perf_counter)
     unfinished: list[Callable[[], None]] = field(default_factory=list)
@@ -91,7 +91,7 @@ class Run:
         """Write modal parameters with their covariances."""
         self._write(name, partial(modal_parameters.write, modes))
 
-    def json(self, name: str, content: Mapping[str, Any]) -> None:
+    def json(self, name: str, content: Json) -> None:
         """Write numbers and words, with the record of the run, as JSON."""
         record = {**content.get("record", {}), **self._request()}
         write_json(self.folder / name, {**content, "record": record})
@@ -131,7 +131,7 @@ class Run:
                 "other files. Please report it."
             )
 
-    def kept(self, write: Callable[["Run"], Result], *inputs: Any) -> Result:
+    def kept(self, write: Callable[["Run"], Result], *inputs: object) -> Result:
         """Return what is written, with its files, or what an earlier run wrote for these inputs."""
         answer = KeptAnswer(self.fits, self.command, self.with_report, *inputs)
         result: Result
@@ -208,7 +208,7 @@ class Run:
             self.record["files"].append(path)
         self._write_record()
 
-    def _request(self) -> dict[str, Any]:
+    def _request(self) -> Json:
         """Record without what changes while the run goes on."""
         changing = {"finished", "files", "verdict", "exit_code", "seconds"}
         return {key: value for key, value in self.record.items() if key not in changing}
@@ -239,10 +239,10 @@ class Output(NamedTuple):
         *,
         files: Sequence[Path] = (),
         seed: int = 0,
-        **settings: Any,
+        **settings: object,
     ) -> Run:
         """Begin a run, of data from these files; settings are options of the command."""
-        record: dict[str, Any] = {
+        record: Json = {
             "command": command,
             "date": now(),
             "versions": versions(),
@@ -258,7 +258,7 @@ class Output(NamedTuple):
         return Run(command, folder, folder, shared, self.fits, record, self.report)
 
 
-def _plain(value: object) -> Any:
+def _plain(value: object) -> object:
     """Write an option as JSON can hold it."""
     if isinstance(value, Path):
         return str(value)

@@ -104,12 +104,12 @@ def _made(word: str, values: dict[str, str]) -> Effect:
     return kind(**numbers)
 
 
-def _is_needed(field: "dataclasses.Field[Any]") -> bool:
+def _is_needed(field: "dataclasses.Field[object]") -> bool:
     missing = dataclasses.MISSING
     return field.default is missing and field.default_factory is missing
 
 
-def _unit(field: "dataclasses.Field[Any]") -> str:
+def _unit(field: "dataclasses.Field[object]") -> str:
     unit = field.metadata.get("unit", "m" if field.name == "at" else "")
     return f"[{unit}]" if isinstance(unit, str) and unit else "..."
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from .._shared.errors import InputError
 from .._shared.progress import Progress
@@ -21,6 +21,7 @@ from ._inputs import Inputs, print_data_faults, read_both
 from ._lines import choose_lines
 from ._missing_effects import Request
 from ._posterior import infer_posterior, named_method
+from ._result_folder import Json
 from ._run import Run
 from ._save import CompletedModel
 from ._terminal import Screen
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 
 
 Save = Callable[["LivePage"], Path]
+Written = tuple[Path, Json]
 
 
 def run(request: Request, port: int, browser: bool) -> int:
@@ -116,14 +118,14 @@ class PageReport(LongSave):
 
     inputs: Inputs
 
-    def writer(self, page: "LivePage") -> Callable[[Progress], Any]:
+    def writer(self, page: "LivePage") -> Callable[[Progress], Written]:
         """Return what the worker calls; a screen stays in its process."""
         _, run, study, measurement, faults = self.inputs
         if page.ledger is not None:
             return partial(_searched, run, study, measurement, faults, page.ledger)
         return partial(_checked, run, study, measurement, page.session.model)
 
-    def take_over(self, written: tuple[Path, Mapping[str, Any]]) -> Path:
+    def take_over(self, written: Written) -> Path:
         """Note the files that were written in the run."""
         path, record = written
         self.inputs.run.record.update(record)
@@ -137,7 +139,7 @@ def _searched(
     faults: list[str],
     ledger: "Ledger",
     progress: Progress,
-) -> tuple[Path, Mapping[str, Any]]:
+) -> Written:
     """Write what a search found."""
     from . import improve as improve_command
 
@@ -149,7 +151,7 @@ def _searched(
 
 def _checked(
     run: Run, study: Study, measurement: Measurements, model: "ValuedModel", progress: Progress
-) -> tuple[Path, Mapping[str, Any]]:
+) -> Written:
     """Write a check of a model with values of its unknowns."""
     # What draws figures takes a second to import, and the page is to stand at once.
     from ..criticism.check.check import check
@@ -166,7 +168,7 @@ def _checked(
     return _written(run)
 
 
-def _written(run: Run) -> tuple[Path, Mapping[str, Any]]:
+def _written(run: Run) -> Written:
     from ..plots.report import write_report
 
     return write_report(run.top), run.record

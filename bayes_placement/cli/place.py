@@ -32,10 +32,14 @@ from ..io._gate import files_read
 from ..io.model import Study
 from ..plots import placement as plots
 from ..positions.bounds import in_space
+from ..positions.vectors import Recorded
 from ._inputs import measured, read_study
 from ._posterior import infer_posterior
 from ._run import Output, Run
 from ._terminal import Screen
+
+Positions = dict[str, list[Recorded]]
+Region = tuple[float, float] | tuple[tuple[float, ...], tuple[float, ...]]
 
 MOST_ROWS = 10
 """Placements, at most, that are shown in the terminal."""
@@ -205,7 +209,7 @@ def _words_on_lines(all_lines: Experiment, experiment: Experiment) -> list[str]:
     ]
 
 
-def _has_map(positions: dict[str, Sequence[Any]], search: str) -> bool:
+def _has_map(positions: Positions, search: str) -> bool:
     """Tell whether a map can be drawn: of one or two transducers, and all placements are tried."""
     return search == "exhaustive" and len(positions) <= 2
 
@@ -235,7 +239,7 @@ def _map(learnt: xr.Dataset) -> dict[str, Figure]:
     return {"map.png": plots.information(learnt)}
 
 
-ESTIMATORS: dict[str, Callable[..., Any]] = {
+ESTIMATORS: dict[str, Callable[..., Estimator]] = {
     "kernel-gain": information.KernelGain,
     "exact": information.Exact,
     "expected-gain": information.ExpectedGain,
@@ -282,7 +286,7 @@ MOST_PLACEMENTS = 100_000
 """Placements, at most, that an exhaustive search tries."""
 
 
-def positions_to_try(experiment: Experiment, search: str, count: int) -> dict[str, Sequence[Any]]:
+def positions_to_try(experiment: Experiment, search: str, count: int) -> Positions:
     """Return the positions of the structure at which each sensor and actuator can be mounted [m].
 
     Of `count` positions those are kept that a tolerance allows.
@@ -294,7 +298,7 @@ def positions_to_try(experiment: Experiment, search: str, count: int) -> dict[st
         )
     positions = positions_on(experiment, count)
     transducers = {**experiment.sensor, **experiment.actuator}
-    allowed: dict[str, Sequence[Any]] = {
+    allowed = {
         name: [at for at in positions if can_be_at(experiment, transducer, at)]
         for name, transducer in transducers.items()
     }
@@ -314,12 +318,12 @@ def positions_to_try(experiment: Experiment, search: str, count: int) -> dict[st
     return allowed
 
 
-def forbidden_regions(words: Sequence[str]) -> list[tuple[Any, Any]]:
+def forbidden_regions(words: Sequence[str]) -> list[Region]:
     """Low and high corners [m] of regions, from `0.4:0.45` or `0,0,0:0.1,0.1,0` each."""
     return [_region(word) for word in words]
 
 
-def _region(word: str) -> tuple[Any, Any]:
+def _region(word: str) -> Region:
     try:
         low, high = ([float(number) for number in corner.split(",")] for corner in word.split(":"))
     except ValueError:

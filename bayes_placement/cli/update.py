@@ -130,11 +130,7 @@ def _show(screen: Screen, name: str, result: xr.DataTree) -> None:
 
 
 def _conclude(
-    screen: Screen,
-    run: Run,
-    results: Results,
-    sources: Sources,
-    left_out: list[str],
+    screen: Screen, run: Run, results: Results, sources: Sources, left_out: list[str]
 ) -> int:
     """Say what all results say together, and write what is left to be written."""
     first = next(iter(results.values()))
