@@ -3,18 +3,22 @@
 import itertools
 from collections import ChainMap
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import xarray as xr
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from .._shared.errors import InputError
 from .._shared.labels import FORCE_LEVEL
-from ._colours import DATA, PAPER
+from ._colours import DATA, PAPER, Style
 from ._plain_figure import PlainFigure
+
+Labelled = TypeVar("Labelled", xr.DataArray, xr.Dataset)
 
 PANEL = (6.4, 3.6)
 """Width and height of a panel [inch]."""
@@ -55,7 +59,7 @@ LOGARITHM, DECIBELS = "log10 of ", 20.0
 HALF_TURN = 180.0
 """Jump of a phase [degrees] that is none."""
 
-STAR: dict[str, Any] = {
+STAR: Style = {
     "marker": "*",
     "color": DATA,
     "markersize": 12,
@@ -87,7 +91,7 @@ class Panels(NamedTuple):
         In a new figure the legend stands above the panels, where it covers nothing; in axes of the
         caller it is that of the first.
         """
-        entries: dict[str, Any] = {}
+        entries: dict[str, Artist] = {}
         for axes in self.axes.flat:
             handles, labels = axes.get_legend_handles_labels()
             entries |= dict(zip(labels, handles, strict=True))
@@ -122,7 +126,7 @@ def panels(
         return _panels_of_caller(np.array(axes, dtype=object).ravel(), rows, columns)
     width, height = size[0] * columns, size[1] * sum(heights or [1.0] * rows)
     figure = PlainFigure.on_page(width, min(height, LARGEST))
-    settings: dict[str, Any] = {"subplot_kw": {"projection": projection}}
+    settings: Style = {"subplot_kw": {"projection": projection}}
     grid = figure.subplots(rows, columns, squeeze=False, height_ratios=heights, **settings)
     return Panels(figure, grid, is_new=True)
 
@@ -138,7 +142,7 @@ def _panels_of_caller(axes: np.ndarray, rows: int, columns: int) -> Panels:
 
 def maps_and_bars(
     count: int,
-    axes: Sequence[Axes] | None,
+    axes: Sequence[Axes] | np.ndarray | None,
     projection: str | None,
     proportion: float,
     bars_height: float,
@@ -235,8 +239,7 @@ def channels(axes: np.ndarray, dataset: xr.Dataset) -> Iterator[tuple[Axes, xr.D
     for row, column in np.ndindex(axes.shape):
         actuator, number = divmod(column, len(levels))
         level, lines = levels[number]
-        panel: Any = axes[row, column]
-        channel = lines.isel(sensor=row, actuator=actuator)
+        panel, channel = axes.item(row, column), lines.isel(sensor=row, actuator=actuator)
         yield panel, channel
         pair = f"sensor {channel['sensor'].item()}, actuator {channel['actuator'].item()}"
         panel.set_title(pair + level)
@@ -267,9 +270,9 @@ def edges(middles: np.ndarray) -> np.ndarray:
     return np.concatenate([[first], between, [last]])
 
 
-def color_bar(marks: object, panel: Any, label: str, **settings: Any) -> None:
+def color_bar(marks: ScalarMappable, panel: Axes, label: str, **settings: Any) -> None:
     """Add the scale of the colours of a panel."""
-    panel.get_figure().colorbar(marks, ax=panel, label=label, **settings)
+    panel.figure.colorbar(marks, ax=panel, label=label, **settings)
 
 
 def on_two_lines(unit: str) -> str:
@@ -277,7 +280,7 @@ def on_two_lines(unit: str) -> str:
     return unit.replace(" per force", "\nper force")
 
 
-def in_decibels(values: Any, unit: str) -> tuple[Any, str]:
+def in_decibels(values: Labelled, unit: str) -> tuple[Labelled, str]:
     """Logarithms of amplitudes in dB, with the name of their axis; all else as it is."""
     if not unit.startswith(LOGARITHM):
         return values, on_two_lines(unit)

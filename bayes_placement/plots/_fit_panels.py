@@ -1,16 +1,19 @@
 """Panels of what was measured and what models predict: outputs, errors, maps of these, modes."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
+from jaxtyping import Float
 from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
 from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from .._shared.labels import AS_DRAWN, FORCE_LEVEL
-from ._colours import AFTER, BEFORE, DATA, FLOOR, INK
+from ._colours import AFTER, BEFORE, DATA, FLOOR, INK, Style
 from ._figures import HALF_TURN, LOGARITHM, channels, edges, in_decibels, phase_axis, unbroken
 
 DASHES = {FLOOR: (0, (4, 2)), BEFORE: (0, (6, 1, 1, 1))}
@@ -33,8 +36,7 @@ def colours_of(models: Mapping[str, xr.Dataset]) -> dict[str, str]:
 
 def draw_measured(axes: np.ndarray, fit: xr.Dataset, rows: int) -> None:
     """Draw what was measured, once, as pale dots below the lines, which they would hide."""
-    style: dict[str, Any] = {"color": DATA, "markersize": 5, "alpha": 0.5, "zorder": 1}
-    style |= {"markeredgewidth": 0}
+    style: Style = {"color": DATA, "markersize": 5, "alpha": 0.5, "zorder": 1, "markeredgewidth": 0}
     for panel, channel in channels(axes[::rows], fit):
         measured, _ = in_decibels(channel["measured"], channel["measured"].attrs["units"])
         panel.plot(channel["frequency"], measured, ".", label="measured", **style)
@@ -62,7 +64,7 @@ def mark_outside(panel: Axes, channel: xr.Dataset) -> None:
     for is_outside, edge, marker in ((values < low, 0.0, "v"), (values > high, 1.0, "^")):
         lines = channel["frequency"].values[is_outside.values]
         if lines.size:
-            style: dict[str, Any] = {"color": FLOOR, "markersize": 3, "linestyle": "none"}
+            style: Style = {"color": FLOOR, "markersize": 3, "linestyle": "none"}
             style |= {"marker": marker, "transform": panel.get_xaxis_transform()}
             panel.plot(lines, np.full(lines.size, edge), label=OUTSIDE, clip_on=False, **style)
 
@@ -74,7 +76,7 @@ def show_all_of(panel: Axes, curves: Sequence[np.ndarray]) -> None:
     panel.set_ylim(float(shown.min()) - margin, float(shown.max()) + margin)
 
 
-def line_style(color: str) -> dict[str, Any]:
+def line_style(color: str) -> Style:
     """Style of the line of a model; that of the last one is unbroken."""
     return {"color": color, "linestyle": DASHES.get(color, "-"), "linewidth": 1.1}
 
@@ -192,7 +194,7 @@ def height_of(size: xr.DataArray) -> float:
     return 0.7 + ROW * min(size.sizes["channel"], MOST_NAMES)
 
 
-def draw_maps(figure: Any, axes: np.ndarray, sizes: dict[str, xr.DataArray]) -> None:
+def draw_maps(figure: Figure, axes: np.ndarray, sizes: dict[str, xr.DataArray]) -> None:
     """Draw a map for each model below the other, all in one scale of colours."""
     greatest = max([BRIGHTEST, *(float(size.max()) for size in sizes.values())])
     norm = LogNorm(FAINTEST, greatest, clip=True)
@@ -203,7 +205,7 @@ def draw_maps(figure: Any, axes: np.ndarray, sizes: dict[str, xr.DataArray]) -> 
     figure.colorbar(mesh, ax=axes.ravel().tolist(), label=LABEL, fraction=0.05, pad=0.01)
 
 
-def _draw(panel: Axes, size: xr.DataArray, norm: LogNorm) -> Any:
+def _draw(panel: Axes, size: xr.DataArray, norm: LogNorm) -> QuadMesh:
     names = pair_names(size)
     rows = np.arange(len(names) + 1) - 0.5
     mesh = panel.pcolormesh(size.attrs["edges"], rows, size.values, norm=norm, cmap="cividis")
@@ -226,6 +228,10 @@ PERCENT = 100.0
 
 FADED = 0.75
 """Opacity of a square of a modal assurance criterion of 1, below the number on it."""
+
+
+OfModes = Float[np.ndarray, "mode"]
+Models = Iterator[tuple[str, float, Style, xr.Dataset]]
 
 
 class Colours(NamedTuple):
@@ -272,7 +278,7 @@ def draw_assurance(panel: Axes, fit: xr.Dataset, colours: Colours) -> None:
         corner = column - 0.5, row - 0.5
         square = Rectangle(corner, 1, 1, facecolor=colours.square, alpha=FADED * value)
         panel.add_patch(square)
-        style: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 8}
+        style: Style = {"ha": "center", "va": "center", "fontsize": 8}
         panel.text(column, row, f"{value:.2f}".lstrip("0"), color=colours.ink, **style)
     for row, number in enumerate(fit["number"].values):
         corner = int(number) - 1.5, row - 0.5
@@ -296,11 +302,11 @@ def with_shapes(fits: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:
     return {name: fit for name, fit in fits.items() if "assurance" in fit}
 
 
-def _models(fits: Mapping[str, xr.Dataset], colours: Colours) -> Any:
+def _models(fits: Mapping[str, xr.Dataset], colours: Colours) -> Models:
     """Name, shift to the side, style and modes of each model."""
     middle = (len(fits) - 1) / 2
     for number, (name, fit) in enumerate(fits.items()):
-        style: dict[str, Any] = {
+        style: Style = {
             "marker": MARKS[number % len(MARKS)],
             "linestyle": "none",
             "markersize": 5,
@@ -309,14 +315,14 @@ def _models(fits: Mapping[str, xr.Dataset], colours: Colours) -> Any:
         yield name, DODGE * (number - middle), style, fit
 
 
-def _draw_measured(panel: Axes, values: Any, half: Any, colours: Colours) -> None:
+def _draw_measured(panel: Axes, values: OfModes, half: OfModes, colours: Colours) -> None:
     """Draw what was measured with intervals of 95 %."""
-    style: dict[str, Any] = {"color": colours.measured, "linestyle": "none", "capsize": 4}
+    style: Style = {"color": colours.measured, "linestyle": "none", "capsize": 4}
     places = np.arange(len(values))
     panel.errorbar(places, values, half, marker="_", label="measured, 95 %", **style)
 
 
-def _name_modes(panel: Axes, frequency: Any) -> None:
+def _name_modes(panel: Axes, frequency: OfModes) -> None:
     labels = [f"{number}\n{hertz:.4g}" for number, hertz in enumerate(frequency, 1)]
     panel.set_xticks(range(len(labels)), labels)
     panel.set_xlim(-0.5, len(labels) - 0.5)

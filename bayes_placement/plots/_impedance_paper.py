@@ -1,13 +1,16 @@
 """Impedance paper: straight lines of constant mass, spring and dashpot behind a law."""
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.ticker import EngFormatter
 
-from ._colours import FAINT, FLOOR
+from ._colours import FAINT, FLOOR, Style
+
+Ends = Float[np.ndarray, "2"]
 
 MOST = 4
 """Most lines of one kind of element."""
@@ -43,7 +46,7 @@ def rule(panel: Axes, unit: str, with_masses: bool) -> None:
     over frequency [Hz]; of a compliance lines fall.
     """
     sign = -1 if unit.startswith(("m/", "rad")) else 1
-    limits: Any = np.array([*panel.get_xlim()]), np.array([*panel.get_ylim()])
+    limits = np.array([*panel.get_xlim()]), np.array([*panel.get_ylim()])
     for ruling in OF_UNIT[unit][: 3 if with_masses else 2]:
         for value, place in _lines(ruling, sign, *limits):
             size = (value * (2 * np.pi * limits[0]) ** ruling.power) ** sign
@@ -52,7 +55,7 @@ def rule(panel: Axes, unit: str, with_masses: bool) -> None:
     panel.set(xlim=limits[0], ylim=limits[1])
 
 
-def _lines(ruling: Ruling, sign: int, x: Any, y: Any) -> Iterator[tuple[float, float]]:
+def _lines(ruling: Ruling, sign: int, x: Ends, y: Ends) -> Iterator[tuple[float, float]]:
     """Values of lines that cross the edge at which they are labelled, and where along it."""
     ends = np.quantile(np.log(2 * np.pi * x), [INSIDE, 1 - INSIDE])
     edge = np.log(y[0] if ruling.power == 2 else y[1])
@@ -64,7 +67,7 @@ def _lines(ruling: Ruling, sign: int, x: Any, y: Any) -> Iterator[tuple[float, f
         yield value, value**sign if ruling.power == 0 else np.exp(place) / (2 * np.pi)
 
 
-def _round(low: float, high: float) -> Any:
+def _round(low: float, high: float) -> Float[np.ndarray, "line"]:
     """At most a few round numbers in a range: powers of ten, or 1, 2 and 5 times these."""
     tens = 10.0 ** np.arange(np.floor(np.log10(low)), np.log10(high))
     for steps in (np.ones(1), np.array([1.0, 2.0, 5.0])):
@@ -75,10 +78,10 @@ def _round(low: float, high: float) -> Any:
     return values[:: -(-values.size // MOST) or 1]
 
 
-def _label(panel: Any, ruling: Ruling, value: float, place: float) -> None:
+def _label(panel: Axes, ruling: Ruling, value: float, place: float) -> None:
     """Value of a line where it leaves the panel."""
     words = EngFormatter(ruling.unit, sep=" ")(ruling.scale * value)
-    style = {"color": FLOOR, "fontsize": "small", "textcoords": "offset points"}
+    style: Style = {"color": FLOOR, "fontsize": "small", "textcoords": "offset points"}
     if ruling.power == 0:
         across = panel.get_yaxis_transform()
         panel.annotate(words, (1.0, place), xytext=(3, 0), xycoords=across, va="center", **style)

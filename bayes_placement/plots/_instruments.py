@@ -10,14 +10,15 @@ from matplotlib.axes import Axes
 from ..positions._outlines import outline_of
 from ..positions.places import AtNode
 from ..positions.vectors import unit_vector
-from ._colours import AFTER, BEFORE, INK
+from ._colours import AFTER, BEFORE, INK, Style
 
 if TYPE_CHECKING:  # a report draws channels without it
     from ..experiment.experiment import Experiment
+    from ..experiment.transducers import Transducer
 
 Panel = Any  # Axes, or Axes3D where the structure does not lie in a plane
 
-INSTRUMENT: dict[str, Any] = {
+INSTRUMENT: Style = {
     "linestyle": "none",
     "markersize": 8,
     "markerfacecolor": "none",
@@ -48,7 +49,7 @@ CLEARANCE = 0.3
 
 _SIDES = {"sensor": 1, "actuator": -1}
 _KINDS = {"sensor": ("measuring axis", AFTER), "actuator": ("driving axis", BEFORE)}
-_TOLERANCE: dict[str, Any] = {"color": AFTER, "alpha": 0.45, "solid_capstyle": "round"}
+_TOLERANCE: Style = {"color": AFTER, "alpha": 0.45, "solid_capstyle": "round"}
 
 
 class View(NamedTuple):
@@ -93,7 +94,7 @@ LINE = View((0,), np.zeros(3), np.zeros(3))
 """View of a structure along a line, whose other axis has no meaning."""
 
 
-def thinness(axes: Any) -> float:
+def thinness(axes: Axes | None) -> float:
     """Share of the largest side that a view leaves out: hardly any where axes are in space."""
     return FLAT if axes is not None and axes.name == "3d" else THIN
 
@@ -109,7 +110,7 @@ def draw_tolerances(panel: Panel, view: View, experiment: "Experiment") -> None:
             panel.plot(*view.project(points), *height, zorder=2, **style)
 
 
-def _tolerance_style(position: object, count: int) -> dict[str, Any]:
+def _tolerance_style(position: object, count: int) -> Style:
     """Style of a stretch, of edges or of nodes."""
     if isinstance(position, AtNode):
         dots = {"marker": "o", "linestyle": "none", "markersize": 7, "markeredgewidth": 0}
@@ -158,7 +159,7 @@ def few(names: list[str]) -> list[str]:
     return names if further <= 0 else [*names[:MOST_NAMES], f"and {further} more"]
 
 
-def side_of_names(view: View, transducers: Sequence[Any]) -> int:
+def side_of_names(view: View, transducers: Sequence["Transducer"]) -> int:
     """1 where names stand at the right of a place, -1 where an arrow points there."""
     axes = [axis for transducer in transducers for axis in transducer.directions]
     return -1 if any(view.project(unit_vector(axis))[0, 0] > 0 for axis in axes) else 1
@@ -182,18 +183,18 @@ def draw_channels_on_a_line(panel: Axes, experiment: "Experiment") -> None:
         for numbers in near_each_other(places, size):
             at = [transducers[number] for number in numbers]
             place, sign = (at[0].recorded, 0.0), 1 if -1 in at[0].directions else -1
-            near: dict[str, Any] = {"textcoords": "offset points"}
+            near: Style = {"textcoords": "offset points"}
             near["ha"] = "left" if sign > 0 else "right"
             names = ", ".join(few([transducer.name for transducer in at]))
             panel.annotate(names, place, (8 * sign, 14 * side), va="center", **near)
     _name_arrows(panel, experiment)
 
 
-def _transducers(experiment: "Experiment") -> list[Any]:
+def _transducers(experiment: "Experiment") -> list["Transducer"]:
     return [*experiment.sensor.values(), *experiment.actuator.values()]
 
 
-def _channels(experiment: "Experiment") -> Iterator[tuple[str, Any, int]]:
+def _channels(experiment: "Experiment") -> Iterator[tuple[str, "Transducer", int]]:
     """Kind, transducer and recorded direction of every channel."""
     for kind in _KINDS:
         for transducer in getattr(experiment, kind).values():
@@ -212,12 +213,10 @@ def _arrows(experiment: "Experiment", size: float) -> Iterator[tuple[str, int, n
             yield kind, direction, places[numbers[0]]
 
 
-def _draw_arrow(
-    panel: Axes, tail: np.ndarray, head: dict[str, Any], kind: str, direction: int
-) -> None:
+def _draw_arrow(panel: Axes, tail: np.ndarray, head: Style, kind: str, direction: int) -> None:
     """Draw an arrow from a place; the name of its axis stands at its head."""
     colour = _KINDS[kind][1]
-    style: dict[str, Any] = {"color": colour, "fontsize": "small", "ha": "center", "va": "center"}
+    style: Style = {"color": colour, "fontsize": "small", "ha": "center", "va": "center"}
     shaft = {"arrowstyle": "<|-", "color": colour, "linewidth": 1.5, "shrinkA": 0, "shrinkB": 0}
     panel.annotate(_axis(direction), tuple(tail), arrowprops=shaft, zorder=5, **head, **style)
 
@@ -235,13 +234,12 @@ def _draw_out_of_plane(
 ) -> None:
     to_reader = np.sign(direction) * (-1 if view.axes == (0, 2) else 1) > 0
     colour, place = _KINDS[kind][1], view.project(start[None])
-    ring: dict[str, Any] = {"markersize": 15, "markerfacecolor": "none", "zorder": 5}
-    panel.plot(*place, "o", markeredgecolor=colour, **ring)
-    inner: dict[str, Any] = {"color": colour, "markersize": 5, "linestyle": "none", "zorder": 5}
+    panel.plot(*place, "o", markersize=15, markerfacecolor="none", markeredgecolor=colour, zorder=5)
+    inner: Style = {"color": colour, "markersize": 5, "linestyle": "none", "zorder": 5}
     label = f"axis {'towards' if to_reader else 'away from'} the reader"
     panel.plot(*place, marker="." if to_reader else "x", label=label, **inner)
     up = -_SIDES[kind]  # an actuator's above, since a sensor may sit at the same place
-    near: dict[str, Any] = {"textcoords": "offset points", "color": colour, "fontsize": "small"}
+    near: Style = {"textcoords": "offset points", "color": colour, "fontsize": "small"}
     near |= {"ha": "left" if side > 0 else "right", "va": "bottom" if up > 0 else "top"}
     panel.annotate(_axis(direction), tuple(place[:, 0]), (7 * side, 7 * up), **near)
 
@@ -251,7 +249,7 @@ def _name_arrows(panel: Panel, experiment: "Experiment") -> None:
     nowhere = ([np.nan],) * (3 if panel.name == "3d" else 2)
     for kind in dict.fromkeys(kind for kind, *_ in _channels(experiment)):
         label, colour = _KINDS[kind]
-        style: dict[str, Any] = {"linestyle": "none", "markersize": 12, "color": colour}
+        style: Style = {"linestyle": "none", "markersize": 12, "color": colour}
         panel.plot(*nowhere, marker=r"$\rightarrow$", label=label, **style)
 
 

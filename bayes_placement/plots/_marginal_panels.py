@@ -14,7 +14,7 @@ from .._shared.sites import Role
 from ..inference.estimates import scalars
 from ..inference.summary import INTERVAL
 from ..inference.units import ReadableUnit, readable
-from ._colours import AFTER, BEFORE, DATA, FAINT, FOURTH, INK
+from ._colours import AFTER, BEFORE, DATA, FAINT, FOURTH, INK, Style
 from ._figures import PAGE, PANEL, Panels, panels
 
 Draws = Float[np.ndarray, "draw"]
@@ -209,7 +209,7 @@ def draw_methods(
     }
     for number, (method, values) in enumerate(draws.items()):
         colour, line = METHODS[number % len(METHODS)], LINE_STYLES[number % len(LINE_STYLES)]
-        style: dict[str, Any] = {"color": colour, "linestyle": line, "linewidth": 1.5}
+        style: Style = {"color": colour, "linestyle": line, "linewidth": 1.5}
         draw_density(panel, values, label=method, fill=False, **style)
     set_limits(panel, unknown.prior, np.concatenate(list(draws.values())))
     draw_true_value(panel, unknown, truth)
@@ -291,5 +291,4 @@ def draw_interval(
     panel.barh(row, high - low, left=low, height=0.6, color=FAINT, label=labels[0])
     ends = np.quantile(posterior, INTERVAL)
     panel.plot(ends, [row, row], color=AFTER, linewidth=2.5, label=labels[1])
-    mean: dict[str, Any] = {"color": AFTER, "markersize": 5, "linestyle": "none"}
-    panel.plot(posterior.mean(), row, "o", label=labels[2], **mean)
+    panel.plot(posterior.mean(), row, "o", color=AFTER, markersize=5, label=labels[2])

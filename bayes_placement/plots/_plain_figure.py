@@ -19,8 +19,8 @@ _OF_AXES = re.compile(r"\$\\mathdefault\{(-?[\d.]+\\times)?-?[\d.]+\^\{-?[\d.]+\
 _NOTHING = "\u200b"
 """A letter that is not seen, where the name of an unknown may break."""
 
-WIDTH = 180 / 25.4
-"""Greatest width of a figure [inch]: that of a page of A4 within its margins."""
+WIDTH, HIGHEST = 180 / 25.4, 9.4
+"""Greatest width and height of a figure [inch]: a page of A4 holds it with its caption."""
 
 USUAL, LEAST = 10.0, 7.0
 """Usual and least size of letters [pt]."""

@@ -1,10 +1,11 @@
 """Figures of a posterior on pages, as a command writes them: each no higher than A4."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any
+from typing import TypeVar
 
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ._marginal_panels import (
@@ -24,6 +25,7 @@ from ._marginal_panels import (
 )
 
 Truth = Mapping[str, float]
+Item = TypeVar("Item")
 
 
 def intervals(result: xr.DataTree, truth: Truth) -> list[Figure]:
@@ -57,10 +59,10 @@ def _parameters(unknowns: list[ScaledUnknown]) -> Rows:
     return in_rows(parameters) if is_one_page else rows_of(parameters, COLUMNS)
 
 
-def _drawn(rows: Rows, draw: Any) -> list[Figure]:
+def _drawn(rows: Rows, draw: Callable[[Axes, ScaledUnknown], None]) -> list[Figure]:
     return [drawn_in_rows(page, None, draw) for page in _pages(rows, MOST_ROWS)]
 
 
-def _pages(items: list[Any], count: int) -> list[list[Any]]:
+def _pages(items: list[Item], count: int) -> list[list[Item]]:
     """Parts of so many items; one without any where there are none."""
     return [items[start : start + count] for start in range(0, max(1, len(items)), count)]

@@ -21,7 +21,7 @@ from ..experiment.experiment import Experiment
 from ..inference.chi2 import LEVEL
 from ..positions.vectors import Recorded
 from . import structure as structure_plots
-from ._colours import AFTER, INK
+from ._colours import AFTER, INK, Style
 from ._figures import (
     LONG,
     PAGE,
@@ -75,8 +75,8 @@ WORST = 3
 _SCORE = "size of score"
 # The numbers of their scores are shifts.
 _WITHOUT_PLACE = ("misplaced_sensor", "misplaced_actuator")
-_RIGHT_OF: dict[str, Any] = {"xytext": (4, 0), "textcoords": "offset points", "va": "center"}
-_CENTRED: dict[str, Any] = {
+_RIGHT_OF: Style = {"xytext": (4, 0), "textcoords": "offset points", "va": "center"}
+_CENTRED: Style = {
     "xycoords": ("axes fraction", "data"),
     "ha": "center",
     "va": "center",
@@ -150,10 +150,10 @@ def _in_space(
     kinds: list[str],
     places: Sequence[tuple[str, Any]],
     experiment: Experiment | None,
-    axes: Any,
+    axes: Sequence[Axes] | np.ndarray | None,
 ) -> Figure:
     located = table[table["z"].notna()]
-    thin = thinness(None if axes is None else np.ravel(axes)[0])
+    thin = thinness(None if axes is None else np.asarray(axes).flat[0])
     view = structure_plots.view(structure_plots.extent(experiment, located), thin=thin)
     are_narrow = view.proportion < 1 / LONG
     most = MOST_MAPS // 2 if are_narrow or len(kinds) > CROWD else MOST_MAPS

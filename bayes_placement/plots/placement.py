@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -14,7 +14,7 @@ from .._shared.arguments import arguments_checked
 from ..design.maps import SIGNIFICANT, lead, rivals
 from ..design.place import Placement
 from ..design.tolerance import FACTOR, ToleranceStudy
-from ._colours import AFTER, INK, PAPER
+from ._colours import AFTER, INK, PAPER, Style
 from ._figures import PANEL, STAR, color_bar, edges, panels
 
 SQUARE = (5.6, 4.6)
@@ -30,12 +30,7 @@ GAIN, ERROR = "information_gain", "information_gain_se"
 """Names of the information gain and of its standard error in results."""
 
 _INFORMATION = "information [nat]"
-_RIVAL: dict[str, Any] = {
-    "marker": ".",
-    "color": PAPER,
-    "markeredgecolor": INK,
-    "linestyle": "none",
-}
+_RIVAL: Style = {"marker": ".", "color": PAPER, "markeredgecolor": INK, "linestyle": "none"}
 _AS_GOOD = f"no worse than the best within {SIGNIFICANT:g} standard errors"
 _ERRORS = f"± {SIGNIFICANT:g} standard errors"
 
@@ -117,7 +112,7 @@ def placements(best: Placement, *, ax: Axes | None = None) -> Figure:
     shown = best.table.head(MOST_SHOWN)
     layout = panels(1, 1, ax)
     panel, rank = layout.only, np.arange(len(shown)) + 1
-    bars: dict[str, Any] = {"fmt": "o", "color": AFTER, "markersize": 4, "capsize": 2}
+    bars: Style = {"fmt": "o", "color": AFTER, "markersize": 4, "capsize": 2}
     panel.errorbar(rank, shown[GAIN], SIGNIFICANT * shown[ERROR], label=_ERRORS, **bars)
     panel.plot(rank[:1], shown[GAIN][:1], label="best", zorder=4, **STAR)
     panel.set_xlim(0.5, len(shown) + 0.5)
@@ -134,7 +129,7 @@ def _pairs(learnt: xr.Dataset, names: list[str]) -> list[tuple[str, ...]]:
     return [(name,) for name in names]
 
 
-def _draw(panel: Axes, learnt: xr.Dataset, pair: tuple[str, ...], **scale: Any) -> None:
+def _draw(panel: Axes, learnt: xr.Dataset, pair: tuple[str, ...], **scale: float) -> None:
     profile = _profile(learnt, pair)
     if len(pair) == 2:
         _draw_map(panel, profile, scale)
@@ -166,7 +161,7 @@ def _profile(learnt: xr.Dataset, names: tuple[str, ...]) -> _Profile:
     return _Profile(learnt, as_good, {name: best[name] for name in names})
 
 
-def _draw_map(panel: Axes, profile: _Profile, scale: dict[str, Any]) -> None:
+def _draw_map(panel: Axes, profile: _Profile, scale: Style) -> None:
     learnt, as_good, best = profile
     across, up = best
     x, y = learnt[across].values, learnt[up].values
@@ -183,13 +178,13 @@ def _draw_map(panel: Axes, profile: _Profile, scale: dict[str, Any]) -> None:
     panel.set_ylabel(f"position of {up} [m]")
 
 
-def _mark_as_good(panel: Axes, x: np.ndarray, y: np.ndarray, **style: Any) -> None:
+def _mark_as_good(panel: Axes, x: np.ndarray, y: np.ndarray, **style: str) -> None:
     """Mark these positions, of which a legend says nothing where there are none."""
     if x.size:
         panel.plot(x, y, label=_AS_GOOD, **_RIVAL | style)
 
 
-def _draw_curve(panel: Axes, profile: _Profile, scale: dict[str, Any]) -> None:
+def _draw_curve(panel: Axes, profile: _Profile, scale: Style) -> None:
     learnt, as_good, best = profile
     (name,) = best
     x, gain, error = learnt[name].values, learnt[GAIN].values, SIGNIFICANT * learnt[ERROR].values
@@ -203,7 +198,7 @@ def _draw_curve(panel: Axes, profile: _Profile, scale: dict[str, Any]) -> None:
     panel.set_ylabel(_INFORMATION)
 
 
-def _draw_points(panel: Axes, profile: _Profile, scale: dict[str, Any]) -> None:
+def _draw_points(panel: Axes, profile: _Profile, scale: Style) -> None:
     """Draw positions in space, seen along the axis in which they differ least."""
     learnt, as_good, best = profile
     (name,) = best

@@ -15,7 +15,7 @@ from .._shared.errors import InputError
 from ..experiment.experiment import RESPONSE
 from ..inference.bands import labelled_amplitude, phase_band, predictive_band
 from ..inference.report import check_result
-from ._colours import DATA
+from ._colours import DATA, Style
 from ._figures import (
     channel_panels,
     channels,
@@ -286,12 +286,11 @@ def pair(
     layout = panels(1, 1, ax, size=(6.4, 5.0))
     panel = layout.only
     panel.plot(across.prior, up.prior, ".", color=PRIOR, markersize=3, label="prior")
-    style: dict[str, Any] = {"color": POSTERIOR, "markersize": 3}
+    style: Style = {"color": POSTERIOR, "markersize": 3}
     panel.plot(across.posterior, up.posterior, ".", label="posterior", **style)
     if truth and first in truth and second in truth:
         true = across.scaled(truth[first]), up.scaled(truth[second])
-        cross: dict[str, Any] = {"color": DATA, "markersize": 10, "markeredgewidth": 2}
-        panel.plot(*true, "x", label="true value", **cross)
+        panel.plot(*true, "x", color=DATA, markersize=10, markeredgewidth=2, label="true value")
     panel.set_xlabel(across.label)
     panel.set_ylabel(up.label)
     panel.ticklabel_format(useOffset=False)

@@ -2,26 +2,32 @@
 
 import textwrap
 from collections.abc import Sequence
-from typing import Any
+from typing import TypeAlias
 
 import jax.numpy as jnp
 import numpy as np
 import pandas as pd
+from jaxtyping import Inexact
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from .._shared.arguments import arguments_checked
 from ..criticism.reach._channels import CHANNELS, NOWHERE
+from ..criticism.reach._filters import ChannelFilter
 from ..criticism.reach.reach import Reach
 from ..experiment.experiment import Experiment
 from ..inference.units import probability_in_words
+from ..laws.law import Law
 from ..laws.tabulated import COMPLIANCES
 from . import structure as structure_plots
-from ._colours import AFTER, BEFORE, DATA, FAINT, FIFTH, FLOOR, FOURTH
+from ._colours import AFTER, BEFORE, DATA, FAINT, FIFTH, FLOOR, FOURTH, Style
 from ._figures import PANEL, STAR, color_bar, panels
 from ._impedance_paper import rule
 from ._instruments import thinness
+from ._plain_figure import HIGHEST
+
+Values: TypeAlias = Inexact[np.ndarray, "frequency"]
 
 LAW_HEIGHT = 2.3
 """Height of a panel of a law [inch]."""
@@ -32,7 +38,7 @@ MARGIN, ROOM, LEAST_RANGE = 1.05, 2.0, 10**0.75
 LEAST = 1e-2
 """Odds against the best law from which on others are not drawn."""
 
-STYLES: list[dict[str, Any]] = [
+STYLES: list[Style] = [
     {"color": AFTER},
     {"color": FOURTH, "linestyle": "--"},
     {"color": FIFTH, "linestyle": ":", "linewidth": 2.0},
@@ -41,9 +47,6 @@ STYLES: list[dict[str, Any]] = [
 
 HEIGHT = 2.4
 """Height of a panel of one kind of port [inch]."""
-
-HIGHEST = 9.4
-"""Greatest height of a figure [inch]: a printed report takes it as it is."""
 
 LETTERS = 64
 """Letters of a line of a title."""
@@ -109,8 +112,8 @@ def curves(
         if curve["z"].notna().any():
             _in_space(panel, curve, best, experiment)
         elif kind == "region":
-            middle = {"x": (best["x"] + best["to_x"]) / 2}
-            _along(panel, _by_place(curve), {**best, **middle}, experiment)
+            middle = pd.Series({**best, "x": (best["x"] + best["to_x"]) / 2})
+            _along(panel, _by_place(curve), middle, experiment)
         elif curve["to_x"].notna().any():
             _between(panel, curve, best)
         else:
@@ -124,7 +127,7 @@ def curves(
     return layout.with_legend()
 
 
-def _title(reach: Reach, subject: str, best: Any) -> str:
+def _title(reach: Reach, subject: str, best: pd.Series) -> str:
     probability = reach.kinds()["probability"][best["acts_on"]]
     words = f"{subject}: {best['law'].in_words()} ({probability_in_words(probability)})"
     return textwrap.fill(words, LETTERS)
@@ -132,10 +135,7 @@ def _title(reach: Reach, subject: str, best: Any) -> str:
 
 @arguments_checked
 def law(
-    reach: Reach,
-    *,
-    acts_on: str | None = None,
-    axes: Sequence[Axes] | np.ndarray | None = None,
+    reach: Reach, *, acts_on: str | None = None, axes: Sequence[Axes] | np.ndarray | None = None
 ) -> Figure:
     """Draw the law that the data ask for at a port as on impedance paper, and laws through it.
 
@@ -169,7 +169,7 @@ def law(
     of_kind = reach.laws[reach.laws["acts_on"] == kind]
     laws = _likely(of_kind[of_kind["setting"] == of_kind["setting"].iloc[0]])
     lines = measured["frequency"].to_numpy()
-    curves = [_values(row["law"], lines, kind, unit) for _, row in laws.iterrows()]
+    curves = [_values(row["law"], lines, unit) for _, row in laws.iterrows()]
     layout = panels(2, 1, axes, size=(PANEL[0], LAW_HEIGHT))
     magnitude, phase = layout.axes.flat
     _dots(magnitude, phase, measured, curves[0])
@@ -207,17 +207,11 @@ def _polar(measured: pd.DataFrame) -> pd.DataFrame:
     return measured.assign(value=values, size=size, along=widths[0], across=widths[1], known=known)
 
 
-def _dots(magnitude: Axes, phase: Axes, measured: pd.DataFrame, near: Any) -> None:
+def _dots(magnitude: Axes, phase: Axes, measured: pd.DataFrame, near: Values) -> None:
     """Draw the lines with their intervals, phases at most half a turn from a law."""
     known = measured["known"].to_numpy()
     rows, law = measured[known], near[known]
-    dots: dict[str, Any] = {
-        "fmt": ".",
-        "color": DATA,
-        "ecolor": DATA,
-        "elinewidth": 0.5,
-        "markersize": 4,
-    }
+    dots: Style = {"fmt": ".", "color": DATA, "ecolor": DATA, "elinewidth": 0.5, "markersize": 4}
     label = "as measured, with 95 % interval"
     size = rows["size"]
     magnitude.errorbar(rows["frequency"], size, yerr=rows["along"] * size, label=label, **dots)
@@ -237,8 +231,8 @@ def _noun(kind: str, unit: str) -> str:
     return "compliance" if unit in COMPLIANCES else "dynamic stiffness"
 
 
-def _values(law: Any, lines: np.ndarray, kind: str, unit: str) -> np.ndarray:
-    if kind in CHANNELS:
+def _values(law: Law | ChannelFilter, lines: np.ndarray, unit: str) -> Values:
+    if isinstance(law, ChannelFilter):
         return np.asarray(law.factor(2 * np.pi * lines))
     stiffness = np.asarray(law.dynamic_stiffness(jnp.asarray(2 * np.pi * lines)))
     return 1 / stiffness if unit in COMPLIANCES else stiffness
@@ -253,7 +247,9 @@ def _range(measured: pd.DataFrame, law: np.ndarray) -> tuple[float, float]:
     return middle / half, middle * half
 
 
-def _along(panel: Axes, curve: pd.DataFrame, best: Any, experiment: Experiment | None) -> None:
+def _along(
+    panel: Axes, curve: pd.DataFrame, best: pd.Series, experiment: Experiment | None
+) -> None:
     place, any_law, few = (curve[name].to_numpy() for name in ("x", "any_law", "few_numbers"))
     panel.fill_between(place, 100 * any_law, color=FAINT, label="any law")
     panel.plot(place, 100 * few, ".-", color=AFTER, label="a law of few numbers")
@@ -262,7 +258,7 @@ def _along(panel: Axes, curve: pd.DataFrame, best: Any, experiment: Experiment |
         instruments = getattr(experiment, kind, {}).values()
         places = [float(np.ravel(each.recorded)[0]) for each in instruments]
         if places:
-            style: Any = {"color": BEFORE, "linestyle": "none", "clip_on": False}
+            style: Style = {"color": BEFORE, "linestyle": "none", "clip_on": False}
             panel.plot(places, np.zeros(len(places)), marker, **style, label=f"{kind} as recorded")
     panel.set(xlabel="place along the structure [m]", ylabel=SHARE, ylim=(0, 105))
 
@@ -292,7 +288,7 @@ def _by_place(curve: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame({"x": places, **shares})
 
 
-def _bars(panel: Axes, curve: pd.DataFrame, best: Any) -> None:
+def _bars(panel: Axes, curve: pd.DataFrame, best: pd.Series) -> None:
     short = curve["setting"].str.replace(_SIDES, "", regex=True)
     names = short if short.is_unique else curve["setting"]
     panel.barh(names, 100 * curve["any_law"], color=FAINT, label="any law")
@@ -304,7 +300,7 @@ def _bars(panel: Axes, curve: pd.DataFrame, best: Any) -> None:
     panel.set(xlabel=SHARE, xlim=(0, 105))
 
 
-def _between(panel: Axes, curve: pd.DataFrame, best: Any) -> None:
+def _between(panel: Axes, curve: pd.DataFrame, best: pd.Series) -> None:
     shares = 100 * curve["few_numbers"]
     marks = panel.scatter(curve["x"], curve["to_x"], c=shares, vmin=0, vmax=100, marker="s")
     color_bar(marks, panel, SHARE)
@@ -312,7 +308,9 @@ def _between(panel: Axes, curve: pd.DataFrame, best: Any) -> None:
     panel.set(xlabel="one end [m]", ylabel="other end [m]")
 
 
-def _in_space(panel: Axes, curve: pd.DataFrame, best: Any, experiment: Experiment | None) -> None:
+def _in_space(
+    panel: Axes, curve: pd.DataFrame, best: pd.Series, experiment: Experiment | None
+) -> None:
     rows = curve.assign(size=100 * curve["few_numbers"])
     view = structure_plots.view(structure_plots.extent(experiment, rows), thin=thinness(panel))
     if experiment is not None:

@@ -1,7 +1,6 @@
 """Figure of a structure with its sensors and actuators, and of scores at its points."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -10,10 +9,11 @@ from matplotlib.figure import Figure
 
 from .._shared.arguments import arguments_checked
 from ..experiment.experiment import Experiment
+from ..experiment.transducers import Transducer
 from ..modes.finite_elements.outline import outline
 from ..positions.bounds import in_space
 from ..positions.vectors import PointsInSpace
-from ._colours import DATA
+from ._colours import DATA, Style
 from ._figures import LONG, STAR, color_bar, panels
 from ._instruments import (
     FLAT,
@@ -42,13 +42,7 @@ _LABEL_DISTANCE = 12.0  # [points] from the numbers to the name of an axis in sp
 _LONG_DISTANCE = 40.0  # [points] besides: matplotlib shrinks distances with the other two sides
 _BESIDE = 10.0  # [points] from a transducer to its name
 _MARKERS = {"sensor": "^", "actuator": "v"}
-_RING: dict[str, Any] = {
-    "marker": "o",
-    "linestyle": "none",
-    "markersize": 15,
-    "markerfacecolor": "none",
-    "markeredgecolor": DATA,
-}
+_RING: Style = INSTRUMENT | {"marker": "o", "markersize": 15, "markeredgecolor": DATA}
 
 
 @arguments_checked
@@ -90,7 +84,7 @@ def _on_a_line(experiment: Experiment, ax: Axes | None) -> Figure:
         places = [transducer.recorded for transducer in getattr(experiment, kind).values()]
         if not places:
             continue
-        style: dict[str, Any] = {"marker": marker, "label": f"{kind} as recorded"} | INSTRUMENT
+        style: Style = {"marker": marker, "label": f"{kind} as recorded"} | INSTRUMENT
         panel.plot(places, np.zeros(len(places)), **style)
     draw_tolerances(panel, LINE, experiment)
     draw_channels_on_a_line(panel, experiment)
@@ -153,19 +147,18 @@ def draw_structure(panel: Panel, view: View, experiment: Experiment) -> None:
             continue
         recorded = np.array([transducer.recorded for transducer in transducers.values()])
         places = view.project(recorded)
-        style: dict[str, Any] = {"marker": marker, "label": f"{kind} as recorded"} | INSTRUMENT
-        panel.plot(*places, zorder=4, **style)
+        panel.plot(*places, zorder=4, marker=marker, label=f"{kind} as recorded", **INSTRUMENT)
     _name_transducers(panel, view, [*experiment.sensor.values(), *experiment.actuator.values()])
 
 
-def _name_transducers(panel: Panel, view: View, transducers: Sequence[Any]) -> None:
+def _name_transducers(panel: Panel, view: View, transducers: Sequence[Transducer]) -> None:
     if not transducers:
         return
     recorded = np.array([transducer.recorded for transducer in transducers])
     for numbers in near_each_other(recorded, float(np.max(view.high - view.low))):
         names = few([transducers[number].name for number in numbers])
         place = view.project(recorded[numbers[0]])[:, 0]
-        style: dict[str, Any] = {"fontsize": "small", "va": "center", "zorder": 5}
+        style: Style = {"fontsize": "small", "va": "center", "zorder": 5}
         if view.projection:
             panel.text(*place, "\n".join(f"  {name}" for name in names), **style)
         else:

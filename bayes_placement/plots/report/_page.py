@@ -5,12 +5,12 @@ import hashlib
 import re
 from collections.abc import Iterator
 from importlib.resources import files
-from typing import Any, NamedTuple
+from typing import NamedTuple
 from urllib.parse import quote
 
 from ...page import standalone
 from ._svg import with_prefixed_identifiers, with_theme
-from .content import Cell, Drawing, Interactive, Item, MovingShapes
+from .content import Cell, Drawing, Interactive, Item, Json, MovingShapes
 from .report import FOLDED, Chapter, Report
 
 SAFE_IN_ADDRESS = ",.;:-+_()[]^~*/"
@@ -29,7 +29,7 @@ class _Shown(NamedTuple):
     item: Item
     identifier: str
     svg: str
-    shapes: dict[str, Any] | None
+    shapes: Json | None
     csv: str
     file: str
 
@@ -88,7 +88,7 @@ def _template(name: str) -> str:
     return (files(__package__) / "templates" / name).read_text(encoding="utf-8")
 
 
-def _sections(chapter: Chapter, number: int) -> list[dict[str, Any]]:
+def _sections(chapter: Chapter, number: int) -> list[dict[str, object]]:
     return [
         {
             "id": f"c{number}-{_slug(name)}-{place}",
@@ -119,7 +119,7 @@ def _svg(drawing: Drawing, identifier: str) -> str:
     return with_theme(named) if drawing.follows_theme else named
 
 
-def _compact(shapes: MovingShapes) -> dict[str, Any]:
+def _compact(shapes: MovingShapes) -> Json:
     """The shapes with as many digits as can be seen."""
     models = [
         model

@@ -1,17 +1,17 @@
 """A structure in space seen from one side, as points of a plane."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
+from jaxtyping import Float, Real
+from matplotlib.axes import Axes
 
 from .._colours import FAINT
+from .._instruments import FLAT
 
 MOST_LINES = 700
 """Lines of a mesh that are drawn."""
-
-FLAT = 1e-6
-"""Share of the largest side below which a structure has no extent."""
 
 _TILTED = np.array([[0.87, -0.5, 0.0], [0.25, 0.43, 0.87]])
 """View from above, x to the right and y to the left."""
@@ -37,7 +37,7 @@ class Projection(NamedTuple):
         across, up = sorted(shown[:2])
         return cls(np.eye(3)[[across, up]], (f"{'xyz'[across]} [m]", f"{'xyz'[up]} [m]"))
 
-    def at(self, points: Any) -> np.ndarray:
+    def at(self, points: Real[np.ndarray, "*point 3"]) -> Float[np.ndarray, "2 *point"]:
         """Coordinates [2, point] of points [point, 3]."""
         return np.asarray(self.matrix @ np.asarray(points, float).T)
 
@@ -51,7 +51,7 @@ class Projection(NamedTuple):
         return np.asarray(flat.mean(axis=1)[:, None] + axes @ circle)
 
 
-def draw_outline(panel: Any, outline: xr.Dataset, view: Projection) -> None:
+def draw_outline(panel: Axes, outline: xr.Dataset, view: Projection) -> None:
     """Draw the lines of a structure, or its points, in a pale colour."""
     points = view.at(outline["point"].values)
     lines = outline["line"].values

@@ -2,9 +2,8 @@
 
 import json
 import shlex
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import pandas as pd
 import xarray as xr
@@ -14,6 +13,7 @@ from ..._shared.errors import InputError
 from ..._shared.labels import ABOUT, AS_DRAWN
 from ...io import netcdf
 from ._svg import checked_svg
+from .content import Json
 
 FINDINGS = "findings.nc"
 """File of the arrays that figures are drawn from."""
@@ -30,15 +30,15 @@ class Saved(NamedTuple):
 
     folder: Path
     """The folder of the results."""
-    about: dict[str, Any]
+    about: Json
     """Words on the run: its verdict, sentences, warnings and settings."""
     findings: xr.DataTree
     """Arrays; empty where none were kept."""
-    ledger: dict[str, Any]
+    ledger: Json
     """The ledger, as in its file; empty where there is none."""
-    runs: dict[str, Any]
+    runs: Json
     """What the runs in the folder were given, by command, as `run.json` says."""
-    effects: tuple[dict[str, Any], ...] = ()
+    effects: tuple[Json, ...] = ()
     """Entries of claimed effects, as in the file of `improve`, or else of `explain`."""
 
     def drawing(self, name: str) -> str | None:
@@ -94,7 +94,7 @@ def saved(folder: str | Path) -> Saved:
     return Saved(place, about, arrays, ledger, runs(top), tuple(effects))
 
 
-def _ledger(path: Path) -> dict[str, Any]:
+def _ledger(path: Path) -> Json:
     """Return the ledger in a file; empty where there is none."""
     stated = _json(path)
     if path.is_file():
@@ -102,7 +102,7 @@ def _ledger(path: Path) -> dict[str, Any]:
     return stated
 
 
-def runs(folder: Path) -> dict[str, Any]:
+def runs(folder: Path) -> Json:
     """Return what the runs in a folder were given, by command; empty where that was not kept."""
     return _json(folder / RUNS)
 
@@ -113,11 +113,11 @@ def states(folder: Path) -> list[str]:
     return [str(state.get("label", f"state {number}")) for number, state in listed]
 
 
-def _json(path: Path) -> dict[str, Any]:
+def _json(path: Path) -> Json:
     if not path.is_file():
         return {}
     try:
-        stated: dict[str, Any] = dict(json.loads(path.read_text(encoding="utf-8")))
+        stated: Json = dict(json.loads(path.read_text(encoding="utf-8")))
     except (TypeError, ValueError) as error:
         raise InputError(
             f"{path} cannot be read as JSON ({error}); the file of a run is needed, since its "
@@ -142,7 +142,7 @@ _NEEDED = ("added", "chi2_per_datum", "noise_needed", "parameters")
 """What every report shows of a step."""
 
 
-def _check(stated: Mapping[str, Any], path: Path) -> None:
+def _check(stated: Json, path: Path) -> None:
     """Refuse a ledger without what every report shows, as another version may have written it."""
     steps = stated.get("steps") or [{}]
     lacking = [word for word in ("steps", "probabilities") if word not in stated]
@@ -154,13 +154,13 @@ def _check(stated: Mapping[str, Any], path: Path) -> None:
         )
 
 
-def _writer(stated: Mapping[str, Any]) -> str:
+def _writer(stated: Json) -> str:
     """The version that wrote a ledger."""
     version = stated.get("record", {}).get("versions", {}).get("bayes_placement")
     return f"bayes_placement {version}" if version else "a version that it does not name"
 
 
-def _line(stated: Mapping[str, Any]) -> str:
+def _line(stated: Json) -> str:
     """The command that writes the ledger anew."""
     model = stated.get("record", {}).get("model", {}).get("path")
     return f"bayes-placement improve {shlex.quote(model) if model else 'MODEL'} --report"

@@ -6,21 +6,19 @@ from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from .._colours import FLOOR, INK
-from .._plain_figure import WIDTH, PlainFigure
+from .._colours import FLOOR, INK, Style
+from .._plain_figure import HIGHEST, WIDTH, PlainFigure
 from ._svg import svg_of
 from .content import Drawing, Table
-
-HIGHEST = 9.4
-"""Greatest height of a figure [inch]: a page of A4 holds it with its caption."""
 
 MOST_POINTS = 500
 """Points of a curve that are drawn; the data hold all."""
 
-_LOOK: dict[str, Any] = {
+_LOOK: Style = {
     "font.size": 8.5,
     "axes.titlesize": 8,
     "axes.titlelocation": "left",
@@ -58,12 +56,12 @@ def panels(rows: int, columns: int, height: float, **settings: Any) -> tuple[Fig
 
 def legend(figure: Figure, axes: np.ndarray) -> None:
     """Put one legend above all panels, where it hides nothing."""
-    entries: dict[str, Any] = {}
+    entries: dict[str, Artist] = {}
     for panel in axes.flat:
         handles, labels = panel.get_legend_handles_labels()
         entries |= dict(zip(labels, handles, strict=True))
     if entries:
-        place: dict[str, Any] = {"loc": "outside upper left", "ncols": min(4, len(entries))}
+        place: Style = {"loc": "outside upper left", "ncols": min(4, len(entries))}
         figure.legend(list(entries.values()), list(entries), **place)
 
 

@@ -3,7 +3,7 @@
 import csv
 import io
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, TypeAlias
 
@@ -18,6 +18,9 @@ from ._svg import checked_svg
 
 Cell: TypeAlias = str | float | int | None
 
+Json: TypeAlias = dict[str, Any]
+"""An object of a JSON file."""
+
 DIGITS = 6
 """Significant digits of numbers in the data of a figure."""
 
@@ -30,12 +33,12 @@ class Table(NamedTuple):
     rows: tuple[tuple[Cell, ...], ...]
     """Cells, numbers as numbers."""
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> Json:
         """Return it as lists."""
         return {"columns": list(self.columns), "rows": [list(row) for row in self.rows]}
 
     @classmethod
-    def from_json(cls, stated: Mapping[str, Any]) -> "Table":
+    def from_json(cls, stated: Json) -> "Table":
         """Read it from lists."""
         rows = tuple(tuple(_cell(cell) for cell in row) for row in stated["rows"])
         return cls(tuple(str(column) for column in stated["columns"]), rows)
@@ -66,12 +69,12 @@ class Text(NamedTuple):
     sentences: tuple[str, ...]
     """The sentences."""
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> Json:
         """Return it as a list."""
         return {"sentences": list(self.sentences)}
 
     @classmethod
-    def from_json(cls, stated: Mapping[str, Any]) -> "Text":
+    def from_json(cls, stated: Json) -> "Text":
         """Read it from a list."""
         return cls(tuple(str(sentence) for sentence in stated["sentences"]))
 
@@ -87,13 +90,13 @@ class Drawing(NamedTuple):
     """Whether its black and white are those of the page; a figure of another origin stays on a
     light ground."""
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> Json:
         """Return the drawing and its numbers."""
         data = None if self.data is None else self.data.to_json()
         return {"svg": self.svg, "data": data, "follows_theme": self.follows_theme}
 
     @classmethod
-    def from_json(cls, stated: Mapping[str, Any]) -> "Drawing":
+    def from_json(cls, stated: Json) -> "Drawing":
         """Read the drawing and its numbers."""
         data = stated["data"]
         table = None if data is None else Table.from_json(data)
@@ -107,21 +110,21 @@ class MovingShapes(NamedTuple):
     """Points of the structure [m], three coordinates each."""
     lines: list[list[int]]
     """Pairs of numbers of points that are joined; none where the points stand alone."""
-    models: list[dict[str, Any]]
+    models: list[Json]
     """By the name of a model, its natural frequencies [Hz] and shapes [mode, point, 3], the
     greatest displacement of each being 1."""
     note: str
     """How displacements are drawn."""
-    marks: list[dict[str, Any]]
+    marks: list[Json]
     """What is marked on the structure: a `name`, where it is (`at` [m]), and its `kind`, a sensor,
     an actuator or an effect."""
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> Json:
         """Return it as lists."""
         return dict(self._asdict())
 
     @classmethod
-    def from_json(cls, stated: Mapping[str, Any]) -> "MovingShapes":
+    def from_json(cls, stated: Json) -> "MovingShapes":
         """Read it from lists of numbers."""
         models = [
             {
@@ -161,12 +164,12 @@ class Interactive(NamedTuple):
     frames: str
     """What it shows, as letters: see `page/standalone.py`."""
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> Json:
         """Return the letters."""
         return {"frames": self.frames}
 
     @classmethod
-    def from_json(cls, stated: Mapping[str, Any]) -> "Interactive":
+    def from_json(cls, stated: Json) -> "Interactive":
         """Read letters; no others than these get into the page."""
         frames = str(stated["frames"])
         if not _LETTERS.fullmatch(frames):
@@ -185,7 +188,7 @@ _LETTERS = re.compile(r"[A-Za-z0-9+/]+=*")
 
 Content: TypeAlias = Text | Table | Drawing | MovingShapes | Interactive
 
-KINDS: dict[str, Any] = {
+KINDS: dict[str, type[Content]] = {
     "text": Text,
     "table": Table,
     "figure": Drawing,
@@ -224,7 +227,7 @@ class Item:
             return self.content
         return None if isinstance(self.content, Text) else self.content.data
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> Json:
         """Return it as numbers and words for a file."""
         return {
             "section": self.section,
@@ -237,7 +240,7 @@ class Item:
         }
 
     @classmethod
-    def from_json(cls, stated: Mapping[str, Any]) -> "Item":
+    def from_json(cls, stated: Json) -> "Item":
         """Read it from a file."""
         kind = stated["kind"]
         if kind not in KINDS:
@@ -260,7 +263,7 @@ def tags_of(words: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(str(word) for word in words))
 
 
-def _cell(value: Any) -> Cell:
+def _cell(value: object) -> Cell:
     """Return a number that JSON knows, or text; None for what is not known."""
     if isinstance(value, str):
         return value

@@ -5,7 +5,6 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 from matplotlib.figure import Figure
@@ -15,7 +14,7 @@ from ..._shared.errors import InputError
 from ..._shared.files import write_atomically
 from ..._shared.reprs import with_short_repr
 from ._svg import checked_photo, checked_svg, svg_of
-from .content import Content, Drawing, Item, Table, Text, tags_of
+from .content import Content, Drawing, Item, Json, Table, Text, tags_of
 
 FORMAT = "bayes_placement report 1"
 """Name of the schema of the JSON file, `schema.json` beside this file."""
@@ -72,7 +71,7 @@ class Chapter:
         grouped = [(name, [item for item in self.items if item.section == name]) for name in names]
         return [(name, items) for name, items in grouped if items]
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> Json:
         """Return it as numbers and words for a file."""
         return {
             "label": self.label,
@@ -82,7 +81,7 @@ class Chapter:
         }
 
     @classmethod
-    def from_json(cls, stated: dict[str, Any]) -> "Chapter":
+    def from_json(cls, stated: Json) -> "Chapter":
         """Read it from a file."""
         items = [Item.from_json(item) for item in stated["items"]]
         return cls(str(stated["label"]), str(stated["verdict"]), items, str(stated["created"]))
@@ -251,7 +250,7 @@ class Report:
         item = Item(section, title, content, caption, tags_of(tags), by_user=True)
         self.chapters[-1].items.append(item)
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> Json:
         """Return it as numbers and words for a file; `schema.json` describes it."""
         return {
             "format": FORMAT,

@@ -4,13 +4,12 @@ import itertools
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from ..._shared.arguments import arguments_checked
 from ._saved import Saved, runs, saved, states
 from ._style import look
 from ._svg import embedded
-from .content import Item, Text
+from .content import Item, Json, Text
 from .report import WARNINGS, Chapter, Report, json_of
 from .sections import (
     agreement,
@@ -114,7 +113,7 @@ def write_report(
     report = Report.read(target) if is_there else Report(_title(source))
     shown = None if photo is None else embedded(photo)
     on_title = {"title": title, "author": author, "client": client, "photo": shown}
-    stated: dict[str, Any] = {word: of for word, of in on_title.items() if of is not None}
+    stated: Json = {word: of for word, of in on_title.items() if of is not None}
     report = replace(report, **stated)
     for name, part in _parts(source, label):
         report.put(_chapter(name, saved(part)))

@@ -1,14 +1,13 @@
 """The error that falls, and how probable each explanation is."""
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
-from ..._colours import AFTER, FLOOR
+from ..._colours import AFTER, FLOOR, Style
 from .._saved import Saved
 from .._style import decade_labels, drawing, legend, panels
-from ..content import Item, Table
+from ..content import Item, Json, Table
 from ..report import ERROR
 
 SMALLEST = 1e-3
@@ -32,7 +31,7 @@ def items(saved: Saved) -> Iterator[Item]:
         yield _probabilities(shares)
 
 
-def _falling(steps: list[dict[str, Any]]) -> Item:
+def _falling(steps: list[Json]) -> Item:
     names = ["as given", *(f"+ {step['added']}" for step in steps[1:])]
     misfit, quantity = _misfit(steps)
     figure, axes = panels(1, 1, 2.6)
@@ -60,7 +59,7 @@ def _falling(steps: list[dict[str, Any]]) -> Item:
     return Item(ERROR, "The error falls", drawing(figure, data), caption, ("error",))
 
 
-def _misfit(steps: list[dict[str, Any]]) -> tuple[list[float], str]:
+def _misfit(steps: list[Json]) -> tuple[list[float], str]:
     """Misfit of each step that no error takes up, and what it is."""
     needed = [step["noise_needed"] or {} for step in steps]
     scatters = _numbers([noise.get("over_scatter") for noise in needed])
@@ -72,7 +71,7 @@ def _misfit(steps: list[dict[str, Any]]) -> tuple[list[float], str]:
     return _numbers([step["chi2_per_datum"] for step in steps]), "reduced chi-square [1]"
 
 
-def _numbers(values: list[Any]) -> list[float]:
+def _numbers(values: list[float | int | None]) -> list[float]:
     return [np.nan if value is None else float(value) for value in values]
 
 
@@ -83,7 +82,7 @@ def _probabilities(shares: dict[str, float]) -> Item:
     panel = axes[0, 0]
     panel.barh(range(len(ordered)), [share for _, share in ordered], color=AFTER, height=0.5)
     for row, (_, share) in enumerate(ordered):
-        near: dict[str, Any] = {"xytext": (4, 0), "textcoords": "offset points", "va": "center"}
+        near: Style = {"xytext": (4, 0), "textcoords": "offset points", "va": "center"}
         panel.annotate(f"{share:.3f}", (share, row), **near)
     panel.set_yticks(range(len(ordered)), [kind for kind, _ in ordered])
     margin = 0.5 if len(ordered) > 2 else 1.0

@@ -1,7 +1,6 @@
 """All channels on a page within the page: to zoom, to switch, with matrix, structure and modes."""
 
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -10,7 +9,7 @@ from ...._shared.labels import FORCE_LEVEL
 from ....page.frames import packed
 from ....page.standalone import kept_frames
 from .._saved import Saved, name_of, placed_items
-from ..content import Interactive, Item
+from ..content import Interactive, Item, Json
 from ..report import RESPONSES
 from .responses import flat
 
@@ -51,7 +50,7 @@ def items(saved: Saved) -> Iterator[Item]:
     )
 
 
-STATE: Mapping[str, Any] = {
+STATE: Json = {
     "is": "state",
     "sliders": [],
     "effects": [],
@@ -111,12 +110,12 @@ def _model(fit: xr.Dataset, outline: xr.Dataset, saved: Saved) -> bytes:
     )
 
 
-def _pair(channel: xr.Dataset) -> dict[str, Any]:
+def _pair(channel: xr.Dataset) -> Json:
     level = float(channel[FORCE_LEVEL]) if FORCE_LEVEL in channel.coords else None
     return {word: str(channel[word].item()) for word in ("sensor", "actuator")} | {"level": level}
 
 
-def _transducers(saved: Saved, on_a_line: bool) -> Iterator[dict[str, Any]]:
+def _transducers(saved: Saved, on_a_line: bool) -> Iterator[Json]:
     """Recorded places and directions; on a line the places that a tolerance allows."""
     for item in placed_items(saved.group("places")):
         kind, at = str(item["kind"].item()), item["recorded"].values

@@ -1,7 +1,6 @@
 """Where each claimed effect acts, its law as a network, and what laws at each place could do."""
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
 from ....criticism.missing._claims_in_words import (
     Numbered,
@@ -16,7 +15,7 @@ from ....laws.law import Law
 from ....laws.symbols import Number, Owned, numbers
 from .._saved import Saved
 from .._svg import checked_svg
-from ..content import Cell, Drawing, Item, Table, Text
+from ..content import Cell, Drawing, Item, Json, Table, Text
 from ..report import LAWS, SUSPICION
 
 TAGS = ("effect", "law")
@@ -59,7 +58,7 @@ def items(saved: Saved) -> Iterator[Item]:
         yield Item(LAWS, "What the data do not tell apart", _equivalent(others), words, TAGS)
 
 
-def _of_effect(entry: Mapping[str, Any], number: str) -> Iterator[Item]:
+def _of_effect(entry: Json, number: str) -> Iterator[Item]:
     """Draw the network of an effect, and list the numbers of any."""
     known, law = numbers_of(entry), law_of_entry(entry)
     table = Table(NUMBERS, tuple(map(_row, known)))
@@ -98,7 +97,7 @@ def _with_interval(number: Number, known: Numbered) -> Number:
     return number._replace(value=f"{mean} ({low} to {high})", unit=unit)
 
 
-def _equivalent(entries: list[Mapping[str, Any]]) -> Table:
+def _equivalent(entries: list[Json]) -> Table:
     rows = tuple(
         (where_in_words(entry), what_in_words(entry), _rounded(entry["probability"]))
         for entry in entries

@@ -1,13 +1,12 @@
 """Mode shapes that move, with the effect and without it beside each other."""
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from .._saved import Saved, name_of, placed_items
-from ..content import Item, MovingShapes, Table
+from ..content import Item, Json, MovingShapes, Table
 from ..report import SHAPES
 
 TAGS = ("structure", "mode shapes")
@@ -51,7 +50,7 @@ def items(saved: Saved) -> Iterator[Item]:
     )
 
 
-def _model(name: str, group: xr.Dataset, on_a_line: bool) -> dict[str, Any]:
+def _model(name: str, group: xr.Dataset, on_a_line: bool) -> Json:
     shape = group["shape"].values
     if on_a_line:
         across = np.zeros_like(shape)
@@ -75,7 +74,7 @@ def _note(group: xr.Dataset, on_a_line: bool) -> str:
     return "Displacements are enlarged."
 
 
-def _marks(places: xr.Dataset | None) -> list[dict[str, Any]]:
+def _marks(places: xr.Dataset | None) -> list[Json]:
     """Instruments and effects at their inferred places; at the recorded ones where not known."""
     marks = []
     for item in placed_items(places):

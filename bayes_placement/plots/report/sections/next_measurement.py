@@ -1,7 +1,6 @@
 """What the data do not tell apart, and where to measure next so that it is decided."""
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -9,7 +8,7 @@ import pandas as pd
 from ..._colours import AFTER, DATA
 from .._saved import Saved
 from .._style import drawing, legend, panels
-from ..content import Item, Table, Text
+from ..content import Item, Json, Table, Text
 from ..report import NEXT
 
 TAGS = ("next measurement",)
@@ -71,8 +70,8 @@ def _map(table: pd.DataFrame) -> Item:
     across, up, gain = table.to_numpy(float)[:, :3].T
     share = np.clip((gain - gain.min()) / max(float(np.ptp(gain)), 1e-12), 0.0, 1.0)
     panel.scatter(across, up, s=4 + 90 * share, color=AFTER, alpha=0.7, linewidths=0)
-    style: dict[str, Any] = {"color": DATA, "markersize": 12, "linestyle": "none"}
-    panel.plot(across[0], up[0], "*", label=f"best: {gain[0]:.3g} nat", **style)
+    label = f"best: {gain[0]:.3g} nat"
+    panel.plot(across[0], up[0], "*", color=DATA, markersize=12, label=label)
     panel.set_xlabel(table.columns[0])
     panel.set_ylabel(table.columns[1])
     legend(figure, axes)
@@ -90,7 +89,7 @@ def _confounded(saved: Saved) -> tuple[str, ...]:
     )
 
 
-def _gain(search: dict[str, Any]) -> Item:
+def _gain(search: Json) -> Item:
     """Draw the gain along a line, or list the best places in space."""
     columns = tuple(str(column) for column in search["columns"])
     rows = tuple(tuple(row) for row in search["rows"])
@@ -103,8 +102,7 @@ def _gain(search: dict[str, Any]) -> Item:
     at, gain, error = numbers.T
     panel.errorbar(at, gain, 2 * error, fmt="o-", color=AFTER, markersize=3, linewidth=1)
     best = int(np.argmax(gain))
-    style: dict[str, Any] = {"color": DATA, "markersize": 11, "linestyle": "none"}
-    panel.plot(at[best], gain[best], "*", label="best place", **style)
+    panel.plot(at[best], gain[best], "*", color=DATA, markersize=11, label="best place")
     panel.set_xlabel(columns[0])
     panel.set_ylabel("expected gain [nat]")
     panel.set_ylim(bottom=min(0.0, float((gain - 2 * error).min())))

@@ -1,18 +1,18 @@
 """Where sensors, actuators and effects were recorded, and where they are inferred to be."""
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 
-from ..._colours import AFTER, DATA, FLOOR, INK
-from ..._instruments import few, near_each_other
+from ..._colours import AFTER, DATA, FLOOR, INK, Style
+from ..._instruments import INSTRUMENT, few, near_each_other
 from ..._marginal_panels import draw_interval
 from .._projection import Projection, draw_outline
 from .._saved import Saved, name_of, placed_items
 from .._style import drawing, legend, panels
-from ..content import Drawing, Item, Table, rounded_summary
+from ..content import Cell, Drawing, Item, Table, rounded_summary
 from ..report import PLACES
 
 DEVIATIONS = 2.45
@@ -75,7 +75,7 @@ _COLUMNS = (
 )
 
 
-def _rows(places: xr.Dataset) -> Iterator[tuple[Any, ...]]:
+def _rows(places: xr.Dataset) -> Iterator[tuple[Cell, ...]]:
     """One row for each coordinate along which anything lies, and for each tilt."""
     along = np.nanmax(np.abs(places["posterior"].values), axis=(0, 1), initial=0.0) > 0
     for item in placed_items(places):
@@ -108,41 +108,38 @@ def _structure(places: xr.Dataset, outline: xr.Dataset, data: Table) -> Drawing:
     return drawing(figure, data)
 
 
-def _draw_item(panel: Any, item: xr.Dataset, view: Projection) -> None:
+def _draw_item(panel: Axes, item: xr.Dataset, view: Projection) -> None:
     """Draw the record, the inferred place and its ellipse, and the direction."""
     kind = str(item["kind"].item())
     marker, colour = _MARKS[kind], DATA if kind == "effect" else AFTER
     recorded, draws = item["recorded"].values, item["posterior"].values
-    shared: dict[str, Any] = {"linestyle": "none", "marker": marker}
     if np.isfinite(recorded).all():
-        hollow: dict[str, Any] = {"markerfacecolor": "none", "markeredgecolor": INK}
-        panel.plot(
-            *view.at(recorded[None]), markersize=8, label=f"{kind} as recorded", **hollow, **shared
-        )
+        at, label = view.at(recorded[None]), f"{kind} as recorded"
+        panel.plot(*at, marker=marker, label=label, **INSTRUMENT)
     if not np.isfinite(draws).all():
         return
     at = view.at(draws.mean(axis=0)[None])
     label = "effect as found" if kind == "effect" else f"{kind} as inferred"
     size = 11 if kind == "effect" else 4.5
-    panel.plot(*at, color=colour, markersize=size, label=label, **shared)
+    panel.plot(*at, marker, color=colour, markersize=size, label=label)
     panel.plot(*view.ellipse(draws, DEVIATIONS), color=colour, linewidth=1)
     if np.isfinite(item["direction"].values).all():
         _draw_directions(panel, item, view, draws.mean(axis=0))
 
 
-def _name_items(panel: Any, places: xr.Dataset, view: Projection, size: float) -> None:
+def _name_items(panel: Axes, places: xr.Dataset, view: Projection, size: float) -> None:
     """Write the names of all of a kind that are near each other beside the first of them."""
     items = [item for item in placed_items(places) if np.isfinite(item["posterior"].values).all()]
     for kind, (offset, side) in _LABELS.items():
         alike = [item for item in items if str(item["kind"].item()) == kind]
         at = [view.at(item["posterior"].values.mean(axis=0)) for item in alike]
-        near: dict[str, Any] = {"textcoords": "offset points", "ha": side, "va": "bottom"}
+        near: Style = {"textcoords": "offset points", "ha": side, "va": "bottom"}
         for numbers in near_each_other(np.reshape(at, (-1, 2)), size):
             names = "\n".join(few([name_of(alike[number]) for number in numbers]))
-            panel.annotate(names, at[numbers[0]], offset, fontsize=8, **near)
+            panel.annotate(names, (*at[numbers[0]],), offset, fontsize=8, **near)
 
 
-def _draw_directions(panel: Any, item: xr.Dataset, view: Projection, at: np.ndarray) -> None:
+def _draw_directions(panel: Axes, item: xr.Dataset, view: Projection, at: np.ndarray) -> None:
     """Draw the recorded direction of the first channel, and the inferred one."""
     length = 0.12 * max(np.ptp(panel.get_xlim()), np.ptp(panel.get_ylim()))
     for word, colour in (("direction_recorded", INK), ("direction", AFTER)):
@@ -175,7 +172,7 @@ def _deviations(places: xr.Dataset, data: Table) -> Drawing:
     return drawing(figure, data)
 
 
-def _draw_deviations(panel: Any, rows: list[tuple[xr.Dataset, int]]) -> None:
+def _draw_deviations(panel: Axes, rows: list[tuple[xr.Dataset, int]]) -> None:
     """Draw the tolerance of each coordinate and where it is inferred to be, the first on top."""
     for number, (item, axis) in enumerate(rows):
         recorded = item["recorded"].values[axis]

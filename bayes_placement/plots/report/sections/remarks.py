@@ -2,10 +2,9 @@
 
 from collections.abc import Iterator, Mapping
 from pathlib import PurePath
-from typing import Any
 
 from .._saved import Saved
-from ..content import Cell, Item, Table, Text
+from ..content import Cell, Item, Json, Table, Text
 from ..report import SETTINGS, WARNINGS
 
 FIELDS = ("date", "seed", "seconds", "units", "settings", "versions")
@@ -45,12 +44,12 @@ def settings(saved: Saved) -> Iterator[Item]:
         yield Item(SETTINGS, "Files", content, words, ("settings",))
 
 
-def _name_and_hash(file: Mapping[str, Any]) -> tuple[str, str]:
+def _name_and_hash(file: Json) -> tuple[str, str]:
     """Name of a file and hash of its content; folders of a person's machine are left out."""
     return PurePath(str(file.get("path", ""))).name, str(file.get("sha256", ""))
 
 
-def _flat(values: Any, name: str = "") -> Iterator[tuple[Cell, ...]]:
+def _flat(values: object, name: str = "") -> Iterator[tuple[Cell, ...]]:
     """Names and values of nested fields, one a row."""
     if isinstance(values, Mapping):
         for word, value in values.items():
@@ -58,6 +57,7 @@ def _flat(values: Any, name: str = "") -> Iterator[tuple[Cell, ...]]:
     elif isinstance(values, list):
         for number, value in enumerate(values, 1):
             yield from _flat(value, f"{name} {number}")
+    elif isinstance(values, int | float) and not isinstance(values, bool):
+        yield (name, values)
     elif values is not None:
-        is_number = isinstance(values, int | float) and not isinstance(values, bool)
-        yield (name, values if is_number else str(values))
+        yield (name, str(values))

@@ -1,20 +1,23 @@
 """Measured and predicted responses, before and after, with the noise and the model error."""
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
+from jaxtyping import Float
+from matplotlib.axes import Axes
 
 from ...._shared.labels import AS_DRAWN, FORCE_LEVEL
-from ..._colours import DATA, FIFTH, INK
+from ..._colours import DATA, FIFTH, INK, Style
 from ..._figures import DECIBELS, HALF_TURN, LOGARITHM, unbroken
 from ..._fit_panels import colours_of, line_style, mark_outside, show_all_of
 from .._saved import Saved
 from .._style import decade_labels, drawing, legend, panels, thinned
 from ..content import Item, Table, Text
 from ..report import RESPONSES
+
+Values = Float[np.ndarray, "frequency"]
 
 MOST_CHANNELS = 3
 """Channel pairs that are drawn; those with the largest error before."""
@@ -96,20 +99,15 @@ def _title(channel: xr.Dataset) -> str:
     return f"sensor {channel['sensor'].item()}, actuator {channel['actuator'].item()}{level}"
 
 
-def _decibel(values: Any, is_logarithm: bool) -> Any:
+def _decibel(values: Values, is_logarithm: bool) -> Values:
     return DECIBELS * values if is_logarithm else values
 
 
-def _draw_response(panel: Any, fit: xr.Dataset, name: str, colour: str) -> None:
+def _draw_response(panel: Axes, fit: xr.Dataset, name: str, colour: str) -> None:
     unit = str(fit["predicted"].attrs["units"])
     logarithm = unit.startswith(LOGARITHM)
     values = _decibel(fit["predicted"].values, logarithm)
-    panel.plot(
-        fit["frequency"].values,
-        values,
-        **line_style(colour),
-        label=name,
-    )
+    panel.plot(fit["frequency"].values, values, **line_style(colour), label=name)
     panel.set_ylabel(f"dB re 1 {_bracket(unit)}" if logarithm else unit, fontsize=8)
 
 
@@ -118,13 +116,13 @@ def _bracket(unit: str) -> str:
     return unit[unit.rfind("[") + 1 :].removesuffix("]")
 
 
-def _show_fitted(panel: Any, fit: xr.Dataset) -> None:
+def _show_fitted(panel: Axes, fit: xr.Dataset) -> None:
     """Show what was measured and fitted; a model as drawn may lie far below."""
     logarithm = str(fit["measured"].attrs["units"]).startswith(LOGARITHM)
     show_all_of(panel, [_decibel(fit[w].values, logarithm) for w in ("measured", "predicted")])
 
 
-def _draw_phase(panel: Any, fit: xr.Dataset, colour: str) -> None:
+def _draw_phase(panel: Axes, fit: xr.Dataset, colour: str) -> None:
     shown = unbroken(fit["predicted_phase"].values)
     panel.plot(fit["frequency"].values, shown, **line_style(colour))
     panel.set_ylabel("phase [deg]", fontsize=8)
@@ -133,7 +131,7 @@ def _draw_phase(panel: Any, fit: xr.Dataset, colour: str) -> None:
 
 def _draw_measured(axes: np.ndarray, fit: xr.Dataset, has_phase: bool) -> None:
     """Draw what was measured, below the lines, which it would hide."""
-    style: dict[str, Any] = {"color": DATA, "markersize": 3, "linestyle": "none", "zorder": 1}
+    style: Style = {"color": DATA, "markersize": 3, "linestyle": "none", "zorder": 1}
     style |= {"alpha": 0.5, "markeredgewidth": 0}
     logarithm = str(fit["measured"].attrs["units"]).startswith(LOGARITHM)
     lines, values = fit["frequency"].values, _decibel(fit["measured"].values, logarithm)
@@ -142,7 +140,7 @@ def _draw_measured(axes: np.ndarray, fit: xr.Dataset, has_phase: bool) -> None:
         axes[1, 0].plot(lines, fit["measured_phase"].values, "o", **style)
 
 
-def _draw_error(panel: Any, fit: xr.Dataset, name: str, colour: str) -> None:
+def _draw_error(panel: Axes, fit: xr.Dataset, name: str, colour: str) -> None:
     values = np.where(fit["error"].values > 0, fit["error"].values, np.nan)
     panel.plot(fit["frequency"].values, values, **line_style(colour))
     panel.set_yscale("log")
@@ -152,7 +150,7 @@ def _draw_error(panel: Any, fit: xr.Dataset, name: str, colour: str) -> None:
     decade_labels(panel)
 
 
-def _draw_floors(panel: Any, fit: xr.Dataset) -> None:
+def _draw_floors(panel: Axes, fit: xr.Dataset) -> None:
     """Draw what an error of a correct model is made of."""
     shown = fit.isel(frequency=thinned(fit["noise"].values))
     lines = shown["frequency"].values

@@ -1,7 +1,6 @@
 """How suspect each place of the structure is, for every kind of effect."""
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -100,12 +99,11 @@ def _on_a_line(
         along = located[located["kind"] == kind].groupby("at")["size"].max()
         top = row + 0.85 * along.to_numpy() / full
         panel.fill_between(along.index, row, top, color=AFTER, alpha=0.75, linewidth=0)
-        where: dict[str, Any] = {"xycoords": ("axes fraction", "data")}
-        panel.annotate(f"{scores[kind]:.3g}", (1.01, row + 0.1), **where)
+        panel.annotate(f"{scores[kind]:.3g}", (1.01, row + 0.1), xycoords=("axes fraction", "data"))
     for name, place in fitted.items():
         if name in kinds:
-            style: dict[str, Any] = {"color": DATA, "markersize": 9, "linestyle": "none"}
-            panel.plot(place[0], kinds.index(name) + 0.2, "*", label="place as fitted", **style)
+            at = place[0], kinds.index(name) + 0.2
+            panel.plot(*at, "*", color=DATA, markersize=9, label="place as fitted")
     panel.set_yticks(np.arange(len(kinds)) + 0.2, kinds)
     panel.set_ylim(-0.1, len(kinds) + 0.1)
     panel.set_xlabel("position along the structure [m]")
@@ -134,8 +132,8 @@ def _in_space(
         places = view.at(rows[["x", "y", "z"]].to_numpy())
         panel.scatter(*places, s=60 * share**2, color=AFTER, alpha=0.6, linewidths=0)
         if kind in fitted:
-            mark: dict[str, Any] = {"color": DATA, "markersize": 11, "linestyle": "none"}
-            panel.plot(*view.at(fitted[kind][None]), "*", label="place as fitted", **mark)
+            at = view.at(fitted[kind][None])
+            panel.plot(*at, "*", color=DATA, markersize=11, label="place as fitted")
         panel.set_title(f"{kind}, greatest {rows['size'].iloc[0]:.3g}")
     for panel in axes.flat[len(shown) :]:
         panel.set_axis_off()

@@ -1,10 +1,10 @@
 """Prior and posterior of every unknown, with units."""
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 
 from ....inference.summary import INTERVAL, summary
 from ..._colours import AFTER, FLOOR
@@ -59,7 +59,7 @@ def _table(listed: list[ScaledUnknown]) -> Table:
     rows = []
     for unknown in listed:
         before = [float(f"{end:.3g}") for end in _bounds(unknown)]
-        after: tuple[Any, ...] = (None,) * 4
+        after: tuple[float | None, ...] = (None,) * 4
         if unknown.posterior.size:
             after = rounded_summary(unknown.posterior)
         rows.append(
@@ -105,7 +105,7 @@ def _densities(unknowns: list[ScaledUnknown], of: int) -> Item:
     return Item(UNKNOWNS, "Prior and posterior", drawing(figure, data), caption, TAGS)
 
 
-def _draw(panel: Any, unknown: ScaledUnknown) -> None:
+def _draw(panel: Axes, unknown: ScaledUnknown) -> None:
     prior, posterior = unknown.prior, unknown.posterior
     for draws, colour, label in ((prior, FLOOR, "prior"), (posterior, AFTER, "posterior")):
         density, edges = np.histogram(draws, bins=BINS, density=True)

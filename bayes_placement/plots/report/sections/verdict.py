@@ -2,11 +2,10 @@
 
 import re
 from collections.abc import Iterator
-from typing import Any
 
 from ....inference.units import readable
 from .._saved import Saved
-from ..content import Cell, Item, Table, Text, rounded
+from ..content import Cell, Item, Json, Table, Text, rounded
 from ..report import ERROR, NEXT, SUSPICION, UNKNOWNS, VERDICT
 
 _TABLES = {
@@ -102,11 +101,11 @@ def _of_misfit(saved: Saved) -> str:
     )
 
 
-def _is_noise_known(steps: list[dict[str, Any]]) -> bool:
+def _is_noise_known(steps: list[Json]) -> bool:
     return all(step["noise_needed"] is None for step in steps)
 
 
-def _steps(steps: list[dict[str, Any]]) -> Table:
+def _steps(steps: list[Json]) -> Table:
     misfit: tuple[str, ...] = ("reduced chi-square",)
     if not _is_noise_known(steps):
         misfit = ("noise needed [%]", "noise needed / scatter of lines")
@@ -127,12 +126,12 @@ def _steps(steps: list[dict[str, Any]]) -> Table:
     return Table(columns, tuple(rows))
 
 
-def _are_exact_too(steps: list[dict[str, Any]]) -> bool:
+def _are_exact_too(steps: list[Json]) -> bool:
     """Whether each step was fitted without its model error as well."""
     return all(step["chi2_per_datum_when_exact"] is not None for step in steps)
 
 
-def _misfit(step: dict[str, Any], is_exact_too: bool) -> tuple[Cell, ...]:
+def _misfit(step: Json, is_exact_too: bool) -> tuple[Cell, ...]:
     """Reduced chi-square; where the noise is not known, the noise that is needed."""
     noise = step["noise_needed"]
     if noise is None:
@@ -142,7 +141,7 @@ def _misfit(step: dict[str, Any], is_exact_too: bool) -> tuple[Cell, ...]:
     return None if share is None else 100 * share, noise["over_scatter"]
 
 
-def _parameters(step: dict[str, Any]) -> Iterator[str]:
+def _parameters(step: Json) -> Iterator[str]:
     """Say what is known of the effect that was added: each number with its deviation."""
     for estimate in step["parameters"].values():
         is_of_added = estimate["effect"] is not None and estimate["effect"] == step["added"]
