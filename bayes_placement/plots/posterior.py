@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -157,19 +156,20 @@ def response_band_pages(simulated: xr.DataTree, *, reference: object = None) -> 
     return [_simulated_bands(band.isel(page), None) for page in pages_of(band)]
 
 
-def _simulated_band(simulated: xr.DataTree, reference: Any) -> xr.Dataset:
+def _simulated_band(simulated: xr.DataTree, reference: object) -> xr.Dataset:
     """Mean and band of simulated outputs, and the reference where there is one."""
     band = predictive_band(simulated)
     if reference is None:
         return band
     check_annotated("reference", reference, ArrayLike)
+    values = np.asarray(reference)
     draw = simulated["prior_predictive"].to_dataset()[RESPONSE].isel(chain=0, draw=0, drop=True)
-    if np.shape(reference) != draw.shape:
+    if values.shape != draw.shape:
         raise InputError(
-            f"reference of shape {np.shape(reference)} was given; {draw.shape} is needed, "
+            f"reference of shape {values.shape} was given; {draw.shape} is needed, "
             "since it is drawn along with the draws: reference=experiment.nominal().predict()."
         )
-    return band.assign(reference=labelled_amplitude(draw.copy(data=np.asarray(reference))))
+    return band.assign(reference=labelled_amplitude(draw.copy(data=values)))
 
 
 def _simulated_bands(band: xr.Dataset, axes: object) -> Figure:
