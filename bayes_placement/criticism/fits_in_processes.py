@@ -6,7 +6,7 @@ here.
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from threadpoolctl import threadpool_limits
 
@@ -18,9 +18,9 @@ Outcome = TypeVar("Outcome")
 
 def fitted_in_processes(
     fit: Callable[..., Outcome],
-    tasks: Sequence[tuple[Any, ...]],
+    tasks: Sequence[tuple[object, ...]],
     done: Callable[[int], None] = lambda _: None,
-    meanwhile: Callable[[], Any] = nothing,
+    meanwhile: Callable[[], object] = nothing,
 ) -> list[Outcome]:
     """Fit in this process and its helpers, see `shared`.
 
@@ -36,7 +36,7 @@ def fitted_in_processes(
 
 @threadpool_limits.wrap(limits=1)
 def _in_folder(
-    fit: Callable[..., Outcome], folder: Path | None, task: tuple[Any, ...]
+    fit: Callable[..., Outcome], folder: Path | None, task: tuple[object, ...]
 ) -> tuple[Outcome, int]:
     """What one process finds, and how many fits it takes from the folder."""
     with fits_kept_in(folder) as fits:

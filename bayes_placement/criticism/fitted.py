@@ -1,7 +1,7 @@
 """Prediction of a model with values of its unknowns, with the measurement."""
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -88,17 +88,13 @@ def compared(experiment: Experiment, at_values: OutputsAtValues) -> xr.Dataset:
     levels = () if experiment.force_levels is None else (FORCE_LEVEL,)
     dimensions = ("sensor", "actuator", *levels, "frequency")
     variables = {
-        name: (
-            dimensions,
-            np.where(complete, array, np.nan),
-            {"units": units},
-        )
+        name: (dimensions, np.where(complete, array, np.nan), {"units": units})
         for name, (array, units) in arrays.items()
     }
     labels = outputs(experiment, {}, ()).drop_vars("part", errors="ignore").coords
     return xr.Dataset(variables, coords=labels)
 
 
-def _over_parts(squares: np.ndarray, part: int | None) -> Any:
+def _over_parts(squares: np.ndarray, part: int | None) -> np.ndarray:
     """Sum over the real and the imaginary part of complex outputs."""
     return squares if part is None else squares.sum(axis=part)

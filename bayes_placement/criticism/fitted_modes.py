@@ -1,7 +1,6 @@
 """Measured modal parameters and those of a model with values of its unknowns."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -9,16 +8,13 @@ import xarray as xr
 from .._shared.compiled import compiled
 from ..experiment.experiment import Experiment
 from ..experiment.modal_parameters import DAMPING, FREQUENCY, SHAPE, ModalParameters
-from ..experiment.observed_modes import ModesOfModel
+from ..experiment.observed_modes import ModalData, ModesOfModel
 from .values import with_arrays
 
 FURTHER_MODES = 2
 """Modes of the model, above those that were measured, whose shapes are compared as well."""
 
-QUANTITIES = {
-    "natural_frequency": (FREQUENCY, "Hz"),
-    "damping_ratio": (DAMPING, "1"),
-}
+QUANTITIES = {"natural_frequency": (FREQUENCY, "Hz"), "damping_ratio": (DAMPING, "1")}
 """Row and unit of what each mode has once."""
 
 SUFFIXES = ("", "_deviation", "_of_model")
@@ -61,10 +57,10 @@ def fitted_modes(
     [1, 2]
     """
     concrete = experiment.fix(with_arrays(experiment, values))
-    model: Any = ModesOfModel(*map(np.asarray, compiled(_of_model)(concrete)))  # type: ignore[arg-type]
+    model = ModesOfModel(*map(np.asarray, compiled(_of_model)(concrete)))  # type: ignore[arg-type]
     measured = measurement.channels(experiment.sensor_channels) if experiment.sensor else None
     measured = measurement.without_shapes() if measured is None else measured
-    variables: dict[str, Any] = {"number": ("mode", model.number)}
+    variables: dict[str, tuple[object, ...]] = {"number": ("mode", model.number)}
     for name, (row, unit) in QUANTITIES.items():
         of = (measured.values[row], measured.deviation[row], model.values[row])
         for suffix, array in zip(SUFFIXES, of, strict=True):
@@ -92,6 +88,5 @@ def _scaled(measured: ModalParameters, model: ModesOfModel) -> np.ndarray:
 
 
 def _of_model(concrete: Experiment) -> ModesOfModel:
-    modes: Any = concrete.observe
-    of_model: ModesOfModel = modes.of_model(concrete)
-    return of_model
+    assert isinstance(concrete.observe, ModalData)
+    return concrete.observe.of_model(concrete)

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import jax
 import numpy as np
@@ -65,7 +65,7 @@ class KeptFits:
         tree: Tree = jax.tree.unflatten(jax.tree.structure(like), numbers)
         return tree
 
-    def write(self, key: str, tree: Any) -> None:
+    def write(self, key: str, tree: object) -> None:
         """Keep a tree that is not too large; a search does not end where that fails."""
         leaves = {_name(number): leaf for number, leaf in enumerate(jax.tree.leaves(tree))}
         if sum(np.asarray(leaf).nbytes for leaf in leaves.values()) > MOST_BYTES:
@@ -108,7 +108,7 @@ def count_taken(number: int) -> None:
 
 
 def stored_or_computed(
-    compute: Callable[[], Tree], like: Tree, problem: Problem, *inputs: Any
+    compute: Callable[[], Tree], like: Tree, problem: Problem, *inputs: object
 ) -> Tree:
     """Return what a file holds, or compute it and write the file.
 
@@ -127,24 +127,24 @@ def stored_or_computed(
     return tree
 
 
-def is_stored(like: Any, problem: Problem, *inputs: Any) -> bool:
+def is_stored(like: object, problem: Problem, *inputs: object) -> bool:
     """Whether there is a file of what follows from a problem and further inputs."""
     fits = _KEPT.get()
     key = None if fits is None else _key_of_kept(like, problem, *inputs)
     return fits is not None and key is not None and key in fits.files
 
 
-def key_of(problem: Problem, *inputs: Any) -> str | None:
+def key_of(problem: Problem, *inputs: object) -> str | None:
     """Hash of a problem and further inputs, where fits are kept in a folder."""
     return None if _KEPT.get() is None else _key(*problem.content, *inputs)
 
 
-def _key_of_kept(like: Any, problem: Problem, *inputs: Any) -> str | None:
+def _key_of_kept(like: object, problem: Problem, *inputs: object) -> str | None:
     """Hash of inputs and of what follows: a scan and scores may follow from the same ones."""
     return _key(str(jax.tree.structure(like)), *problem.content, *inputs)
 
 
-def _key(*inputs: Any) -> str | None:
+def _key(*inputs: object) -> str | None:
     """Hash of all inputs; None where one of the user's has no content that can be written."""
     try:
         return content_hash(VERSION, *inputs)

@@ -4,10 +4,11 @@ What has no known place has coordinates of NaN, and so have y and z on a line.
 """
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypeAlias
 
 import jax
 import numpy as np
+from jaxtyping import Array, Float
 
 from .._shared.compiled import compiled
 from .._shared.sites import is_unknown, substitute
@@ -19,13 +20,11 @@ from ..positions.bounds import in_space
 from ..positions.places import Place, Straight, mean
 from ..positions.vectors import PointsInSpace, Recorded, triple
 
+Values: TypeAlias = Mapping[str, np.ndarray]
+
 
 def locations(
-    effect: Effect,
-    experiment: Experiment,
-    values: Mapping[str, np.ndarray],
-    count: int,
-    field: str = "",
+    effect: Effect, experiment: Experiment, values: Values, count: int, field: str = ""
 ) -> PointsInSpace:
     """Where an effect of the experiment is [m] at each of several points; its place may be unknown.
 
@@ -33,8 +32,7 @@ def locations(
     the first.
     """
     at: Any = effect.location(experiment.structure.modes, experiment.instruments)
-    if field:
-        at = getattr(effect, field)
+    at = getattr(effect, field) if field else at
     word = field or "".join(effect.place_fields[:1])
     coordinates = {
         unknown.component: values[unknown.name]
@@ -51,9 +49,7 @@ def locations(
     return points
 
 
-def ends(
-    effect: Effect, experiment: Experiment, values: Mapping[str, np.ndarray], count: int
-) -> list[PointsInSpace]:
+def ends(effect: Effect, experiment: Experiment, values: Values, count: int) -> list[PointsInSpace]:
     """Each place of an effect of the experiment [m], see `locations`.
 
     Both ends of a strut and of a segment, of a box two opposite corners, the least first.
@@ -69,7 +65,7 @@ def ends(
 
 
 def _edges(
-    effect: Any, experiment: Experiment, values: Mapping[str, np.ndarray], count: int
+    effect: OverExtent | DampingLayer, experiment: Experiment, values: Values, count: int
 ) -> PointsInSpace:
     """Edges of a part [m]; of a part of a line its length comes first."""
     edges = effect.extent if isinstance(effect.extent, tuple) else (effect.extent, 0.0, 0.0)
@@ -94,7 +90,7 @@ def effect_locations(experiment: Experiment, means: Mapping[str, float]) -> dict
     return located
 
 
-def _in_space(place: Place, values: Mapping[str, np.ndarray], count: int) -> PointsInSpace:
+def _in_space(place: Place, values: Values, count: int) -> PointsInSpace:
     if isinstance(place, Straight):
         origin, directions, components = place.frame()
         lengths = [
@@ -105,5 +101,5 @@ def _in_space(place: Place, values: Mapping[str, np.ndarray], count: int) -> Poi
     return np.broadcast_to(np.asarray(compiled(_coordinates)(place, dict(values))), (count, 3))
 
 
-def _coordinates(place: Place, values: dict[str, Any]) -> Any:
+def _coordinates(place: Place, values: Mapping[str, Array]) -> Float[Array, "point coordinate"]:
     return jax.vmap(lambda point: substitute(place, point).coordinates())(values)

@@ -6,7 +6,6 @@ scatter of neighbouring lines, which no smooth misfit adds to.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -106,7 +105,7 @@ def neumann(residual: Rows, present: Bool[np.ndarray, "row line"]) -> tuple[floa
     return scatter / squares, float(np.sqrt(count / VARIANCE_OF_RATIO))
 
 
-def relative_size(deviation: Any, measured: Any, part: int | None) -> float:
+def relative_size(deviation: np.ndarray, measured: np.ndarray, part: int | None) -> float:
     """Median deviation of the noise over the amplitude [1].
 
     Where outputs are log10 of the amplitude, there is no axis of parts, and the deviation is 10 to

@@ -8,7 +8,6 @@ verdict. A response at fewer lines is one more function to compile, which takes 
 """
 
 import functools
-from typing import Any
 
 import jax
 import numpy as np
@@ -16,7 +15,7 @@ import numpy as np
 from ..effects.effect import take_long
 from ..experiment.noise import Data
 from ..experiment.variants import evenly_spread, with_lines_at
-from ..inference.engines.least_squares import LeastSquares
+from ..inference.engines.least_squares import LeastSquares, ParameterPoints
 from ..inference.residuals import Problem
 from ..inference.residuals_of_state import State
 
@@ -98,7 +97,9 @@ class Thinned:
             self._evaluated, whole.dimension, whole.count, alike=whole.squares.kinds
         )
 
-    def _evaluated(self, points: Any, logarithmic: Any) -> tuple[np.ndarray, np.ndarray]:
+    def _evaluated(
+        self, points: ParameterPoints, logarithmic: bool
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Residuals and sums of logs, each counted for the lines that it stands for."""
         residual, log_scale = self.problem.squares.residuals(points, logarithmic)
         residual *= self.weight

@@ -24,7 +24,7 @@ def with_arrays(experiment: Experiment, values: Mapping[str, float]) -> dict[str
     return from_scalars(shapes, values)
 
 
-def in_scalars(values: Mapping[str, Any]) -> dict[str, float]:
+def in_scalars(values: Mapping[str, object]) -> dict[str, float]:
     """Values by name, the elements of an array one by one; what `with_arrays` puts together."""
     return {
         word: float(value[0, 0])

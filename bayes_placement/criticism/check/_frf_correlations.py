@@ -1,7 +1,5 @@
 """Correlations of measured with computed FRFs over the posterior: FRAC and FDAC."""
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
@@ -37,7 +35,7 @@ def correlations(data: Residuals) -> xr.Dataset:
         for name, (dimensions, median_and_band) in criteria.items()
         for ending, values in zip(("", "_low", "_high"), median_and_band, strict=True)
     }
-    labels: dict[str, Any] = {s: data.template[s].values for s in ("sensor", "actuator")}
+    labels: dict[str, object] = {s: data.template[s].values for s in ("sensor", "actuator")}
     for axis in ("measured_line", "computed_line"):
         labels[axis] = (axis, data.frequency[lines], {"units": "Hz"})
     return xr.Dataset(variables, coords=labels)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import xarray as xr
@@ -16,6 +16,8 @@ from ...inference.output_residuals import Chosen, Residuals, levels_of, output_r
 LINES_OF_BAND = 5
 """Fewest lines of a frequency band, where there are more bands than one."""
 
+Labels: TypeAlias = dict[str, Any]
+
 _NEEDED = ("posterior", "prior", "posterior_predictive", "observed_data")
 
 
@@ -24,7 +26,7 @@ class Grouping:
     """A way to divide the data: the number of the group of each datum, and the groups' names."""
 
     dimensions: tuple[str, ...]
-    coordinates: dict[str, Any]
+    coordinates: Labels
     number: Int[np.ndarray, "sensor actuator frequency"]
     shape: tuple[int, ...]
 
@@ -89,7 +91,7 @@ def _check(posterior: xr.DataTree) -> None:
         )
 
 
-def bands_of(frequency: np.ndarray, bands: int) -> tuple[np.ndarray, dict[str, Any]]:
+def bands_of(frequency: np.ndarray, bands: int) -> tuple[np.ndarray, Labels]:
     """Band of each line; all bands have as many lines."""
     distinct = np.unique(frequency)
     blocks = np.array_split(distinct, max(1, min(bands, distinct.size // LINES_OF_BAND)))
@@ -99,7 +101,7 @@ def bands_of(frequency: np.ndarray, bands: int) -> tuple[np.ndarray, dict[str, A
     return np.searchsorted(low, frequency, side="right") - 1, {"band": names, **limits}
 
 
-def _modes(frequency: np.ndarray) -> tuple[np.ndarray, dict[str, Any]]:
+def _modes(frequency: np.ndarray) -> tuple[np.ndarray, Labels]:
     """Each mode as a band of its own."""
     limits = {end: ("band", frequency, {"units": "Hz"}) for end in ("low", "high")}
     names = [f"{natural:.4g} Hz" for natural in frequency]

@@ -4,12 +4,13 @@ A Gaussian process over frequency (Kennedy and O'Hagan, 2001, doi:10.1111/1467-9
 to the residual of a finished fit: it shows where the model is wrong and changes no parameter.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import xarray as xr
+from jaxtyping import Array, Bool, Float
 from scipy.special import ndtri
 from tinygp import GaussianProcess
 from tinygp.kernels import quasisep
@@ -25,15 +26,22 @@ _ZERO_AMPLITUDE = 1e-6
 _SIGNIFICANT = float(-ndtri(0.025))
 
 
+Values: TypeAlias = Array | np.ndarray
+One = Float[Array, ""]
+Lines = Float[Array, "frequency"]
+Parts = Float[Array, "frequency part"]
+Mask = Bool[Array, "frequency"]
+
+
 class _Fit(NamedTuple):
     """Discrepancy in noise deviations [channel, frequency, part]; its parameters [channel]."""
 
-    mean: Any
-    deviation: Any
-    amplitude: Any
-    length: Any
-    noise: Any
-    log_ratio: Any
+    mean: Values
+    deviation: Values
+    amplitude: Values
+    length: Values
+    noise: Values
+    log_ratio: Values
 
 
 def discrepancy(posterior: xr.DataTree) -> xr.Dataset:
@@ -116,14 +124,14 @@ def _amplitudes(values: np.ndarray, *, noise_known: bool) -> np.ndarray:
 
 
 def _fit(
-    frequency: Any,
-    lengths: Any,
-    values: Any,
-    present: Any,
-    amplitudes: Any,
+    frequency: Lines,
+    lengths: Float[Array, "length"],
+    values: Float[Array, "channel frequency part"],
+    present: Bool[Array, "channel frequency"],
+    amplitudes: Float[Array, "channel amplitude"],
     noise_known: bool,
 ) -> _Fit:
-    def fit_channel(channel: Any) -> _Fit:
+    def fit_channel(channel: tuple[Parts, Mask, Float[Array, "amplitude"]]) -> _Fit:
         value, mask, sizes = channel
         likelihood, noise = jax.vmap(
             lambda size: jax.vmap(
@@ -143,20 +151,20 @@ def _fit(
     return jax.lax.map(fit_channel, (values, present, amplitudes))
 
 
-def _process(frequency: Any, mask: Any, size: Any, length: Any) -> GaussianProcess:
+def _process(frequency: Lines, mask: Mask, size: One, length: One) -> GaussianProcess:
     kernel = quasisep.Matern32(scale=length, sigma=size)
     diagonal = jnp.where(mask, 1.0, _VARIANCE_NOT_MEASURED)
     return GaussianProcess(kernel, frequency, diag=diagonal, assume_sorted=True)
 
 
-def _conditioned(process: GaussianProcess, value: Any) -> tuple[Any, Any]:
+def _conditioned(process: GaussianProcess, value: Lines) -> tuple[Lines, Lines]:
     conditional = process.condition(value, diag=jnp.zeros_like(value)).gp
     return conditional.loc, conditional.variance
 
 
 def _likelihood(
-    process: GaussianProcess, value: Any, mask: Any, *, noise_known: bool
-) -> tuple[Any, Any]:
+    process: GaussianProcess, value: Parts, mask: Mask, *, noise_known: bool
+) -> tuple[One, One]:
     """Log marginal likelihood, and the noise level: 1 where the noise is known, else the best."""
     solver = process.solver
     whitened = jax.vmap(solver.solve_triangular, in_axes=1)(value)

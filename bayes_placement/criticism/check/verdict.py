@@ -1,7 +1,7 @@
 """The verdict on a fitted model, from the statistics of all its data."""
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,7 +20,7 @@ class Verdict(NamedTuple):
     pass; the model may have errors of its own.
     """
 
-    overall: Mapping[Any, Any]
+    overall: Mapping[str, float]
     level: float
     noise_known: bool
     noise_needed: NoiseNeeded | None

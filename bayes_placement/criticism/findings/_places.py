@@ -1,17 +1,20 @@
 """Where sensors, actuators and effects were recorded, and where they are inferred to be."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import xarray as xr
+from jaxtyping import Array
 
 from ..._shared.compiled import compiled
+from ...effects.effect import Effect
 from ...experiment.experiment import Experiment
 from ...experiment.transducers import Transducer
 from ...inference.alternative_explanation import JointDraws
+from ...inference.symmetries import Values
 from ...positions.places import coordinates
 from ...positions.vectors import unit_vector
 from ..locations import locations
@@ -20,6 +23,7 @@ DRAWS = 400
 """Draws of a position that are kept."""
 
 AXES = (1, 2, 3)
+Row: TypeAlias = dict[str, Any]
 
 
 def places(
@@ -33,10 +37,9 @@ def places(
     channel against its record, and `direction_recorded`, `direction` as inferred. NaN where there
     is none; coordinates that a line does not have are zero.
     """
-    sides: dict[str, Any] = {"sensor": experiment.sensor, "actuator": experiment.actuator}
     rows = [
         _row(experiment, kind, transducer, (prior, posterior))
-        for kind, side in sides.items()
+        for kind, side in (("sensor", experiment.sensor), ("actuator", experiment.actuator))
         for transducer in side.values()
     ]
     known = posterior or {name: np.array([value]) for name, value in values.items()}
@@ -66,7 +69,7 @@ def places(
 
 def _row(
     experiment: Experiment, kind: str, transducer: Transducer, draws: tuple[JointDraws, JointDraws]
-) -> dict[str, Any]:
+) -> Row:
     """Record and draws of one instrument."""
     (prior, _), (posterior, directions) = (_drawn(experiment, kind, transducer, d) for d in draws)
     recorded = unit_vector(transducer.directions[0])
@@ -88,7 +91,7 @@ def _row(
     return row
 
 
-def _effect_row(effect: Any, experiment: Experiment, draws: JointDraws) -> dict[str, Any]:
+def _effect_row(effect: Effect, experiment: Experiment, draws: JointDraws) -> Row:
     """Draws of the place of one effect."""
     count = min([DRAWS, *map(len, draws.values())])
     thinned = {
@@ -127,17 +130,16 @@ def _drawn(
     if not names:
         position, direction = (np.asarray(part)[None] for part in _mounted(experiment, path, {}))
     else:
-        at_draws = compiled(_mounted_at_draws)(experiment, path, chosen)
-        position, direction = map(np.asarray, at_draws)
+        position, direction = map(np.asarray, compiled(_at_draws)(experiment, path, chosen))
     rows = _rows(len(position), DRAWS)
     return np.stack([_three(row) for row in position])[rows], direction[rows]
 
 
-def _mounted_at_draws(experiment: Experiment, path: tuple[str, str], draws: dict[str, Any]) -> Any:
+def _at_draws(experiment: Experiment, path: tuple[str, str], draws: Values) -> tuple[Array, Array]:
     return jax.vmap(lambda values: _mounted(experiment, path, values))(draws)
 
 
-def _mounted(experiment: Experiment, path: tuple[str, str], values: dict[str, Any]) -> Any:
+def _mounted(experiment: Experiment, path: tuple[str, str], values: Values) -> tuple[Array, Array]:
     """Coordinates of the transducer at a path, and direction of its first channel."""
     kind, name = path
     there = getattr(experiment.fix(values), kind)[name]

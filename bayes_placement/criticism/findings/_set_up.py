@@ -1,10 +1,10 @@
 """The set-up of a test in words: structure, channels, lines, averages, coherence."""
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 
+from ..._shared.dimensions import Parameter
 from ..._shared.ranges import described
 from ..._shared.sites import is_unknown
 from ...experiment.experiment import Experiment, Measurements
@@ -16,7 +16,7 @@ from ...positions.bounds import position_text
 UNSTATED = "not stated"
 
 
-def set_up(experiment: Experiment, measurement: Measurements) -> dict[str, Any]:
+def set_up(experiment: Experiment, measurement: Measurements) -> dict[str, list[list[str]]]:
     """Return what a test was made with.
 
     `facts` are pairs of a word and what is known; `channels` has a row for each sensor and
@@ -63,6 +63,6 @@ def _channels(experiment: Experiment) -> Iterator[list[str]]:
             yield [labels, kind, position_text(of.recorded), _gain(of.gain)]
 
 
-def _gain(gain: Any) -> str:
+def _gain(gain: Parameter | None) -> str:
     """Factor on the recorded FRFs; an unknown one as its prior."""
     return described(gain) if is_unknown(gain) else f"{1.0 if gain is None else gain:g}"

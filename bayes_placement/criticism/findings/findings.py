@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -71,7 +71,7 @@ def findings(
     models: Sequence[Model],
     draws: JointDraws,
     measurement: Measurements,
-    about: Mapping[str, Any],
+    about: Mapping[str, object],
     alternatives: Sequence[Alternative] = (),
 ) -> xr.DataTree:
     """Lay out what a report shows of a run.
@@ -117,7 +117,7 @@ def _shown(experiment: Experiment, draws: JointDraws) -> JointDraws:
     return {name: draws[name][:: -(-len(draws[name]) // MOST_DRAWS)] for name in names}
 
 
-def _as_single_chain(draws: JointDraws) -> dict[str, Any]:
+def _as_single_chain(draws: JointDraws) -> dict[str, np.ndarray]:
     return {name: np.asarray(values)[None] for name, values in draws.items()}
 
 

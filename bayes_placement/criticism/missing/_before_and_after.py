@@ -22,14 +22,7 @@ from ...inference.residuals import Problem
 from ...inference.residuals_of_state import State
 from ..kept_fits import NO_RIVAL, kept_with_sizes
 from ._fitted_candidates import extended, fits_against, only_scanned
-from ._hypotheses import (
-    Hypothesis,
-    finite,
-    null_hypothesis,
-    rival_among,
-    takes_long,
-    with_errors,
-)
+from ._hypotheses import Hypothesis, finite, null_hypothesis, rival_among, takes_long, with_errors
 from ._more_effects import AT_FIRST, NARROW, VARIANTS_WITH_ERRORS
 from ._networks import LawsBeside, laws_beside_best, with_networks, with_other_laws
 from ._posterior_odds import Comparison, explains, passes, wants_more_effects

@@ -3,7 +3,6 @@
 import dataclasses
 import re
 from collections.abc import Collection
-from typing import Any
 
 from ..._shared.arguments import check_kind
 from ..._shared.errors import InputError
@@ -17,7 +16,7 @@ from ...inference.coordinates import Coordinates
 from ...inference.residuals_of_state import coordinates_of
 
 
-def check_experiment(experiment: Any, verb: str) -> None:
+def check_experiment(experiment: object, verb: str) -> None:
     """Refuse what is no experiment."""
     check_kind(
         "experiment",

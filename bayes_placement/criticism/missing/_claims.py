@@ -1,7 +1,6 @@
 """What is claimed to be missing, one entry an effect: where, by which law, and what else fits."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import jax
 import numpy as np
@@ -14,7 +13,7 @@ from ...laws.canonical import canonical
 from ...laws.law import Law, Scaled
 from ._estimates import PERCENTILES, drawn_places, estimates, laplace
 from ._hypotheses import Hypothesis
-from ._parameter_estimate import ParameterEstimate, number_or_none
+from ._parameter_estimate import Json, ParameterEstimate, number_or_none
 from ._posterior_odds import Comparison
 from ._standing import Standing
 from ._weighed import swapped
@@ -29,7 +28,7 @@ LEAST = 0.01
 
 def claims(
     comparison: Comparison, best: Hypothesis, model: FittedModel, stands: Standing, none: float
-) -> tuple[Any, ...]:
+) -> tuple[Json, ...]:
     """Return an entry for each effect of the best hypothesis, ready for a file.
 
     `none` is the probability of none of the candidates.
@@ -41,7 +40,7 @@ def claims(
         entry = _entry(effect, best, model.parameters, shares[best.kinds], right)
         doubts = [doubt.words for doubt in stands.doubts.get(effect.name, ())]
         others = _equivalent(comparison, best, effect, shares, right)
-        entries.append(entry | {"doubts": doubts, "equivalent": others})
+        entries.append({**entry, "doubts": doubts, "equivalent": others})
     return tuple(entries)
 
 
@@ -59,9 +58,9 @@ def _equivalent(
     comparison: Comparison,
     best: Hypothesis,
     effect: Effect,
-    shares: Mapping[Any, float],
+    shares: Mapping[tuple[str, ...], float],
     right: float,
-) -> list[Any]:
+) -> list[Json]:
     """Entries of what may stand in the place of an effect, all other kinds being the same."""
     entries = []
     for hypothesis in comparison.distinct():
@@ -80,7 +79,7 @@ def _entry(
     parameters: Mapping[str, ParameterEstimate],
     share: float,
     right: float,
-) -> dict[str, Any]:
+) -> Json:
     """Lay out an effect with its share among the candidates, one of which is right as probably."""
     experiment = hypothesis.problem.experiment
     placed = next(each for each in experiment.effects if each.name == effect.name)

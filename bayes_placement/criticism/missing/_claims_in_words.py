@@ -1,7 +1,7 @@
 """Entries of claimed effects in words: where each acts, by which law, and what else fits."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,9 +10,9 @@ from ...laws.canonical import WORDS
 from ...laws.law import Element, Group, Law, Scaled
 from ...laws.symbols import Number, numbers
 from ...laws.typed import typed
-from ._parameter_estimate import ParameterEstimate
+from ._parameter_estimate import Json, ParameterEstimate
 
-Entry = Mapping[str, Any]
+Entry = Json
 """An entry of `effects` in a file; see `_claims.py`."""
 
 PLACES = ("at", "to")

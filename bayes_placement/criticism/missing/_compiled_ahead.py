@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextvars import copy_context
 from functools import partial
-from typing import Any, Protocol, TypeVar, runtime_checkable
+from typing import Protocol, TypeVar, runtime_checkable
 
 AHEAD = 2
 """Problems that are compiled while one is fitted."""
@@ -24,7 +24,7 @@ Work = TypeVar("Work", bound=Preparable)
 
 def compiled_ahead(problems: Iterable[Work]) -> Iterator[Work]:
     """Yield problems in their order, compiled; meanwhile the next ones are compiled."""
-    waiting: deque[tuple[Work, Future[Any]]] = deque()
+    waiting: deque[tuple[Work, Future[None]]] = deque()
     with ThreadPoolExecutor(AHEAD) as pool:
         for problem in problems:
             # A thread has no context of its own, and so no folder of fits.
@@ -36,6 +36,6 @@ def compiled_ahead(problems: Iterable[Work]) -> Iterator[Work]:
             yield _awaited(*waiting.popleft())
 
 
-def _awaited(problem: Work, compilation: Future[Any]) -> Work:
+def _awaited(problem: Work, compilation: Future[None]) -> Work:
     compilation.result()
     return problem

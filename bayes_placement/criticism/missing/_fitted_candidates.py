@@ -65,7 +65,7 @@ def best_variants(
     effects: Sequence[Effect],
     most: int,
     tick: Tick,
-    meanwhile: Callable[[], Any] = nothing,
+    meanwhile: Callable[[], object] = nothing,
 ) -> Extended:
     """Scan effects on a hypothesis and fit a few variants of each kind, the most promising first.
 
@@ -140,7 +140,7 @@ def only_scanned(pairs: Sequence[Pair], tick: Tick) -> list[ScannedCandidate]:
 
 
 def extended(
-    groups: Sequence[Sequence[Pair]], tick: Tick, meanwhile: Callable[[], Any] = nothing
+    groups: Sequence[Sequence[Pair]], tick: Tick, meanwhile: Callable[[], object] = nothing
 ) -> list[Hypothesis]:
     """Fit hypotheses with one more effect; those without a finite density are left out.
 
@@ -200,7 +200,7 @@ def _tried(
     points: Mapping[str, int],
     tick: Tick,
     are_scored: bool = False,
-    meanwhile: Callable[[], Any] = nothing,
+    meanwhile: Callable[[], object] = nothing,
 ) -> list[tuple[ScannedCandidate, Hypothesis | None]]:
     """Scan effects on hypotheses in groups of one kind, and fit the best few of each group."""
     named = [with_free_names(group.pairs) for group in groups]

@@ -16,9 +16,7 @@ class Linear:
     """Residuals and their slopes along unknowns of standard normal priors."""
 
     def __init__(
-        self,
-        residual: Float[np.ndarray, "datum"],
-        slopes: Float[np.ndarray, "unknown datum"],
+        self, residual: Float[np.ndarray, "datum"], slopes: Float[np.ndarray, "unknown datum"]
     ):
         self.residual, self.slopes = residual, slopes
         self._pull, self._squares = slopes @ residual, residual @ residual

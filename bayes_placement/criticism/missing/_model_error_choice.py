@@ -43,6 +43,7 @@ from ._so_far import Seen, nothing_seen
 from ._suspension import with_suspended
 from ._weighed import Weighed
 from .decide import Decision, as_good_elsewhere, predicts_better
+from .fitted_model import Sampled
 from .table import Policy, TableOfFits
 
 
@@ -112,9 +113,7 @@ class Answer(NamedTuple):
     comparison: Comparison
     baseline: Hypothesis | None = None
 
-    def table(
-        self, policy: Policy, sampled: Mapping[int, Any] = MappingProxyType({})
-    ) -> TableOfFits:
+    def table(self, policy: Policy, sampled: Sampled = MappingProxyType({})) -> TableOfFits:
         """All that is decided by; of hypotheses that were sampled, the edges of their draws."""
         table = self.comparison.table_in_full(policy, sampled)
         exact = p_value(self.null) if self.baseline is None else np.nan
@@ -258,10 +257,7 @@ def _deepened_with_errors(
 
 
 def _single_effects_with_errors(
-    question: Question,
-    exact: Comparison,
-    tick: Tick,
-    fitted: Mapping[Hypothesis, Hypothesis],
+    question: Question, exact: Comparison, tick: Tick, fitted: Mapping[Hypothesis, Hypothesis]
 ) -> Comparison:
     """None and single effects with model error, of each kind the variants of most evidence."""
     assert question.errors is not None

@@ -8,7 +8,7 @@ again and replaced, and each effect of the best few is looked for once more besi
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -60,7 +60,7 @@ def single_effects(
     null: Hypothesis,
     effects: Sequence[Effect],
     tick: Tick,
-    meanwhile: Callable[[], Any] = nothing,
+    meanwhile: Callable[[], object] = nothing,
 ) -> Comparison:
     """Every candidate alone: all are scanned, the most promising variants of each kind fitted."""
     variants = dict(Counter(kind_of(effect) for effect in effects))
@@ -99,7 +99,7 @@ def one_more_effect(
     depth: int,
     tick: Tick,
     breadth: Breadth = ALL,
-    meanwhile: Callable[[], Any] = nothing,
+    meanwhile: Callable[[], object] = nothing,
 ) -> Comparison:
     """Try one more effect on the best hypotheses of so many, and do meanwhile what is asked for.
 

@@ -226,7 +226,7 @@ def _with_any_law(effect: Any) -> Port | None:
 
 
 def _laws_at_place_of(
-    port: Port, effect: Any, best: Hypothesis, rest: Hypothesis
+    port: Port, effect: Effect, best: Hypothesis, rest: Hypothesis
 ) -> list[NamedLaw]:
     """Every network at the place of an effect, beside the others."""
     columns = place_columns(Port(effect.acts_on, effect), best.problem)
@@ -260,8 +260,8 @@ def priors_of_networks(hypothesis: Hypothesis, comparison: Comparison) -> dict[s
 def _as_hypothesis(base: Hypothesis, law: NamedLaw) -> Hypothesis:
     """The network as an effect of the experiment, fitted from where it was found."""
     names = {effect.name for effect in base.problem.experiment.effects}
-    effect = law.port.with_law(law.prior, law.port.name())
-    effect = numbered(effect, names)
+    assert isinstance(law.port, Port)
+    effect = numbered(law.port.with_law(law.prior, law.port.name()), names)
     problem = base.problem.with_effect(effect)
     start = _start(base, law, effect, problem)
     effects = (*base.effects, effect)
@@ -272,7 +272,7 @@ def _as_hypothesis(base: Hypothesis, law: NamedLaw) -> Hypothesis:
     return Hypothesis(effects, problem, best_fit(ends, normal, problem.count), near=start[None])
 
 
-def _start(base: Hypothesis, law: NamedLaw, effect: Any, problem: Problem) -> np.ndarray:
+def _start(base: Hypothesis, law: NamedLaw, effect: Effect, problem: Problem) -> np.ndarray:
     """Where it was found, in the coordinates of the problem."""
     found = base.problem.with_effect(law.port.effect)
     start = np.zeros(problem.dimension)
@@ -280,8 +280,8 @@ def _start(base: Hypothesis, law: NamedLaw, effect: Any, problem: Problem) -> np
         target = name.replace(NAME, effect.name)
         if target in problem.coordinates.places:
             start[problem.coordinates.places[target]] = law.point[place]
-    placed = Port(law.port.acts_on, effect)
-    start[place_columns(placed, problem)] = law.point[place_columns(law.port, found)]
+    before, after = (Port(law.port.acts_on, each) for each in (law.port.effect, effect))
+    start[place_columns(after, problem)] = law.point[place_columns(before, found)]
     numbers = [name for name, word in fields_of(effect, problem).items() if word == "law"]
     for name, column in zip(numbers, coordinates_of_numbers(law.tree), strict=True):
         start[problem.coordinates.places[name]] = law.numbers[column]

@@ -1,11 +1,14 @@
 """What is known of an unknown, in words and as JSON."""
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from ...inference.units import ReadableUnit, readable
+
+Json: TypeAlias = Mapping[str, Any]
+"""Numbers and words of a file, by the names of their fields."""
 
 
 class ParameterEstimate(NamedTuple):
@@ -55,7 +58,7 @@ class ParameterEstimate(NamedTuple):
     def _scale(self) -> ReadableUnit:
         return readable(self.unit, self.field, abs(self.mean))
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> Json:
         """Return it as numbers and words for a file; None for numbers that are not finite."""
         return {
             "effect": self.effect,
@@ -69,7 +72,7 @@ class ParameterEstimate(NamedTuple):
         }
 
     @classmethod
-    def from_json(cls, stated: Mapping[str, Any]) -> "ParameterEstimate":
+    def from_json(cls, stated: Json) -> "ParameterEstimate":
         """Read it from a file."""
         ends = [*stated["interval_99"], *stated["interval_95"]]
         low, high, *inner = (np.nan if end is None else float(end) for end in ends)

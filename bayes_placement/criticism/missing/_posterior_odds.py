@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ...effects.effect import Effect
+from ...inference.engines.about_mode import SampledPosterior
 from ..reach.reach import Reach
 from ._hypotheses import Hypothesis
 from ._rows import places_of, row_in_full, row_of
@@ -39,9 +40,7 @@ class Comparison(NamedTuple):
     swaps: Sequence[Effect] = ()
 
     def with_hypotheses(
-        self,
-        hypotheses: Sequence[Hypothesis],
-        networks: Mapping[str, float] = MappingProxyType({}),
+        self, hypotheses: Sequence[Hypothesis], networks: Mapping[str, float] = MappingProxyType({})
     ) -> "Comparison":
         """Return the comparison with further hypotheses, and the priors of their networks.
 
@@ -92,7 +91,7 @@ class Comparison(NamedTuple):
         """Rows of all hypotheses, of what their fits alone say."""
         return TableOfFits([*map(self._row, self.hypotheses)], (*self.variants, *self.networks))
 
-    def table_in_full(self, policy: Policy, sampled: Mapping[int, Any]) -> TableOfFits:
+    def table_in_full(self, policy: Policy, sampled: Mapping[int, SampledPosterior]) -> TableOfFits:
         """Rows of all hypotheses, in full on the way to the best one: what may be claimed.
 
         Of the best one and of those close to it with places.

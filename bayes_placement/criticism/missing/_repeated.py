@@ -3,7 +3,6 @@
 import functools
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import equinox as eqx
 import jax
@@ -92,7 +91,7 @@ def _point_with_names(
     return point
 
 
-def _key(unknown: Unknown, names: Mapping[str, str]) -> tuple[Any, ...]:
+def _key(unknown: Unknown, names: Mapping[str, str]) -> tuple[object, ...]:
     """What an unknown is of, its owner under a new name."""
     owner = unknown.owner
     return owner.kind, names.get(owner.name, owner.name), unknown.field, unknown.path

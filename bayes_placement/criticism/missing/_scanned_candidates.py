@@ -4,7 +4,6 @@ import functools
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -149,7 +148,7 @@ class _Scanning:
         return at_lines_of_scans(self.base, self.effect)
 
     @functools.cached_property
-    def _inputs(self) -> tuple[Any, ...]:
+    def _inputs(self) -> tuple[Problem, str | None, int]:
         return self._part.problem, _key_of_base(self.base), self.most
 
     def _scan(self) -> Scan:

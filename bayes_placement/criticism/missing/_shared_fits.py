@@ -95,14 +95,14 @@ def shared_fits(*content: Any) -> SharedFits:
     return fits
 
 
-def _same(tree: Any, other: Any) -> bool:
+def _same(tree: object, other: object) -> bool:
     """Whether two trees are alike in structure, classes, numbers and all else."""
     parts: list[Any] = [jax.tree.flatten(content) for content in (tree, other)]
     (leaves, structure), (other_leaves, other_structure) = parts
     return bool(structure == other_structure) and all(map(_same_leaf, leaves, other_leaves))
 
 
-def _same_leaf(leaf: Any, other: Any) -> bool:
+def _same_leaf(leaf: object, other: object) -> bool:
     if leaf is other:
         return True
     kinds = (np.ndarray, jax.Array, np.generic, float, int, complex)

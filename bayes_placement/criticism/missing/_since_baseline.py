@@ -98,10 +98,7 @@ def _is_explained(fitted: Hypothesis, question: Question) -> bool:
 
 
 def answered_by_states(
-    question: Question,
-    tick: Tick,
-    baseline: Measurements | None,
-    between: Hypothesis | None = None,
+    question: Question, tick: Tick, baseline: Measurements | None, between: Hypothesis | None = None
 ) -> tuple[Answer, Earlier | None]:
     """Answer a question by one state; with a baseline by both, and tell what explains that one."""
     if baseline is None:

@@ -1,7 +1,7 @@
 """Decide what is claimed to be missing from a table of rows alone: pure, in any order of rows."""
 
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtr
@@ -9,6 +9,7 @@ from scipy.special import ndtr
 from ..._shared.arguments import arguments_checked
 from ..._shared.errors import InputError
 from ..._shared.reprs import with_short_repr
+from ._parameter_estimate import Json
 from ._weighed import Weighed, numbered_kind
 from .table import AS_STATED, Policy, Row, TableOfFits
 
@@ -82,7 +83,7 @@ class Decision(NamedTuple):
 
 
 @arguments_checked
-def decide(table: TableOfFits | Mapping[str, Any], policy: Policy = AS_STATED) -> Decision:
+def decide(table: TableOfFits | Json, policy: Policy = AS_STATED) -> Decision:
     """Decide what is missing from numbers that are stored: nothing is fitted.
 
     The same table and policy give the same decision, in any order of rows. `table` of `ledger.json`

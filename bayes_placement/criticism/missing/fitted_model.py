@@ -3,7 +3,6 @@
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from . import _beyond_in_words
 from ._estimates import errors, estimates, sizes
 from ._held_out import held_out
 from ._hypotheses import Hypothesis
-from ._parameter_estimate import ParameterEstimate, number_or_none
+from ._parameter_estimate import Json, ParameterEstimate, number_or_none
 from ._posterior_odds import STRONG, Comparison, p_value
 from ._unknown_noise import noise_needed
 
@@ -183,7 +182,7 @@ class FittedModel:
         estimates = self.estimates_of(effect.name).values()
         return [estimate.mean for estimate in estimates if _is_place(effect, estimate)]
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> Json:
         """Return it as numbers and words for a file; None for numbers that are not finite."""
         return {
             "added": self.added,
@@ -245,10 +244,7 @@ def _sampled(hypothesis: Hypothesis) -> SampledPosterior | None:
 
 
 def fitted_model(
-    hypothesis: Hypothesis,
-    sampled: Sampled,
-    added: str | None = None,
-    in_full: bool = True,
+    hypothesis: Hypothesis, sampled: Sampled, added: str | None = None, in_full: bool = True
 ) -> FittedModel:
     """Lay out a hypothesis for the record.
 

@@ -1,16 +1,14 @@
 """A model fitted from given values of its unknowns, as far as descents from there lead."""
 
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import numpy as np
 
 from ...experiment.experiment import Experiment, Measurements
 from ...inference.engines.least_squares import NormalEquations, ParameterPoints
 from ...inference.engines.levenberg_marquardt import Objective, best_fit, minimise
-from ...inference.estimates import scalars
 from ...inference.residuals import Problem, sizes_of
-from ..values import point_of
+from ..values import in_scalars, point_of
 
 NEAR, STEPS = 10, 60
 """Steps along logarithmic residuals, which find resonances from afar, and those to the end."""
@@ -66,10 +64,5 @@ class _Watched:
 
 def _named(problem: Problem, point: np.ndarray) -> dict[str, float]:
     """Value of every unknown at a point, elements of arrays one by one."""
-    named: dict[str, Any] = problem.coordinates.named(point[None])
-    elements = {
-        word: float(value[0, 0])
-        for name, array in named.items()
-        for word, value in scalars(name, array[None])
-    }
-    return elements | problem.sizes
+    named = problem.coordinates.named(point[None])
+    return in_scalars({name: values[0] for name, values in named.items()}) | problem.sizes

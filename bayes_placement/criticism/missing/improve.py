@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import Any, NamedTuple, overload
+from typing import NamedTuple, overload
 
 import pandas as pd
 from threadpoolctl import threadpool_limits
@@ -276,7 +276,7 @@ def _share(progress: Progress, number: int, count: int) -> Progress:
     return lambda done: progress((number + done) / count)
 
 
-def _check_states(states: Mapping[str, Any], baseline: Any) -> None:
+def _check_states(states: Mapping[str, Measurements], baseline: object) -> None:
     """Refuse states of which there is only one, a label that is none, or a second baseline."""
     for label in states:
         printable_name("A state of the label", label)

@@ -1,10 +1,9 @@
 """Record of an improvement: the error that falls step by step, in words and JSON."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -25,7 +24,7 @@ from ..reach.reach import Reach, only_port
 from ..values import in_scalars
 from ._claims import SCHEMA
 from ._narrow_text import gained, narrow
-from ._parameter_estimate import number_or_none
+from ._parameter_estimate import Json, number_or_none
 from ._standing import Standing
 from ._verdict_in_words import none_in_words, verdict_in_words
 from ._weighed import NONE, NOTHING
@@ -110,8 +109,8 @@ class Ledger:
     cautions: tuple[str, ...] = ()
     baseline: FittedModel | None = None
     baseline_as_given: FittedModel | None = None
-    record: Mapping[str, Any] = field(default_factory=dict, repr=False)
-    effects: tuple[Mapping[str, Any], ...] = field(default=(), repr=False)
+    record: Json = field(default_factory=dict, repr=False)
+    effects: tuple[Json, ...] = field(default=(), repr=False)
     reach: Reach | None = field(default=None, repr=False)
     standing: Standing = field(default_factory=Standing, repr=False)
     rows: TableOfFits = field(default=TableOfFits([]), repr=False)
@@ -156,7 +155,7 @@ class Ledger:
         """Where the effects that were added are [m], by name; those without a place not."""
         return effect_locations(self.experiment, self.steps[-1].values)
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> Json:
         """Return the ledger as numbers and words for a file."""
         return {
             "schema": SCHEMA,

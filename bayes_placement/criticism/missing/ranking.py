@@ -1,9 +1,7 @@
 """Which effect a model may lack: every kind of candidate with its probability."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -13,7 +11,7 @@ from ...inference.alternative_explanation import Alternative
 from ..reach.reach import Reach, only_port
 from ._claims import SCHEMA
 from ._narrow_text import gained, narrow
-from ._parameter_estimate import number_or_none
+from ._parameter_estimate import Json, number_or_none
 from ._standing import Standing
 from ._verdict_in_words import (
     LEFT,
@@ -88,8 +86,8 @@ class Ranking:
     claimed: tuple[str, ...] = ()
     baseline: FittedModel | None = None
     baseline_as_given: FittedModel | None = None
-    record: Mapping[str, Any] = field(default_factory=dict, repr=False)
-    effects: tuple[Mapping[str, Any], ...] = field(default=(), repr=False)
+    record: Json = field(default_factory=dict, repr=False)
+    effects: tuple[Json, ...] = field(default=(), repr=False)
     reach: Reach | None = field(default=None, repr=False)
     standing: Standing = field(default_factory=Standing, repr=False)
     rows: TableOfFits = field(default=TableOfFits([]), repr=False)
@@ -109,7 +107,7 @@ class Ranking:
         read = self.reach if self.port else None
         return read.law_as_measured(self.port) if read else None
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> Json:
         """Return the ranking as numbers and words for a file."""
         return {
             "schema": SCHEMA,

@@ -1,7 +1,7 @@
 """Where something that is missing may act, whatever it is: the place before the law."""
 
+from collections.abc import Sequence
 from concurrent.futures import Executor
-from typing import Any
 
 from threadpoolctl import threadpool_limits
 
@@ -22,7 +22,7 @@ from ..reach._named_laws import NamedLaw, reached_ports
 from ..reach._of_modes import ports_of_effects, reached_modes
 from ..reach._ports import can_be_reached, ports_of, ports_of_many
 from ..reach._scanned import step_of_fits
-from ..reach.reach import Reach, fails, reach_of
+from ..reach.reach import Reach, Reached, fails, reach_of
 from ..screening_lines import thinned
 from ._before_and_after import fitted_baseline, nothing_new, over_both, state_of
 from ._candidates import check_experiment
@@ -131,7 +131,7 @@ def reach(
 
 def _reached(
     known: Hypothesis, whole: Problem | None, progress: Progress
-) -> tuple[list[Any], list[NamedLaw]]:
+) -> tuple[Sequence[Reached], list[NamedLaw]]:
     """What laws can do at all kinds of ports, and the best of them; of modal parameters effects."""
     problem, point = known.problem, known.fit.point
     experiment = problem.experiment

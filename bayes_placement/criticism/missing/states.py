@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import pandas as pd
 
@@ -11,7 +11,7 @@ from ..._shared.files import write_json
 from ..._shared.reprs import notebook_html
 from ._change_between_states import CHANGED, NEW, UNCHANGED, FoundEffect, change
 from ._narrow_text import narrow_by_column
-from ._parameter_estimate import ParameterEstimate
+from ._parameter_estimate import Json, ParameterEstimate
 from ._verdict_in_words import alone_in_words
 from .ledger import Ledger, misfit_columns
 
@@ -154,7 +154,7 @@ class LedgerOfStates:
         which = course.which()
         return f"{course.kind} ({which})" if several and which else course.kind
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> Json:
         """Return it as numbers and words for a file."""
         new = self.new
         return {
@@ -233,7 +233,7 @@ def _news_of(course: Course, label: str, name: str) -> str:
     return f"{course.kind} is new ({', '.join(filter(None, words))})"
 
 
-def _course_to_json(course: Course) -> dict[str, Any]:
+def _course_to_json(course: Course) -> Json:
     return {
         "kind": course.kind,
         "setting": course.last.setting,

@@ -1,7 +1,7 @@
 """What is decided by: one row of numbers for each fitted hypothesis, and the thresholds."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple, TypeAlias
 
@@ -14,6 +14,7 @@ from ..._shared.reprs import with_short_repr
 from ...inference.chi2 import LEVEL
 from ..check._edges import EDGE, PILED
 from ._outliers import OUTLIERS
+from ._parameter_estimate import Json
 
 NAN = float("nan")
 
@@ -250,14 +251,14 @@ class TableOfFits(NamedTuple):
     kinds: tuple[str, ...] = ()
     baseline: Row | None = None
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> Json:
         """Return it as numbers and words for a file; None for numbers that are not finite."""
         rows = [_row_to_json(row) for row in self.rows]
         baseline = None if self.baseline is None else _row_to_json(self.baseline)
         return {"kinds": list(self.kinds), "rows": rows, "baseline": baseline}
 
     @classmethod
-    def from_json(cls, content: Mapping[str, Any]) -> "TableOfFits":
+    def from_json(cls, content: Json) -> "TableOfFits":
         """Return what `to_json` wrote."""
         try:
             rows = [_row_of_json(row) for row in content["rows"]]
@@ -272,15 +273,15 @@ class TableOfFits(NamedTuple):
             ) from error
 
 
-def _row_to_json(row: Row) -> dict[str, Any]:
+def _row_to_json(row: Row) -> Json:
     return {name: _plain(value) for name, value in row._asdict().items()}
 
 
-def _row_of_json(row: Mapping[str, Any]) -> Row:
+def _row_of_json(row: Json) -> Row:
     return Row(**{name: _read(value) for name, value in row.items()})
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> object:
     if isinstance(value, tuple):
         return [_plain(part) for part in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -7,17 +7,19 @@ covariance C (law of total variance, to first order). That a line has a part in 
 intervals are a little too wide where lines are few.
 """
 
-from typing import Any
-
 import numpy as np
 import pandas as pd
-from jaxtyping import Float
+from jaxtyping import Complex, Float
 
+from ..._shared.dimensions import ComplexSpectrum, Spectrum
 from ..kept_fits import NONE
 from ._at_port import kept, omega_of
 from ._channels import CHANNELS
 from ._free_law import Free, over
 from ._named_laws import NamedLaw
+
+OfParts = Float[np.ndarray, "part part frequency"]
+"""Covariance of the real and the imaginary part at each line."""
 
 TINY = np.finfo(float).tiny
 """Least information: the deviation is huge where the data do not see the port."""
@@ -47,7 +49,7 @@ def as_measured(law: NamedLaw, free: Free) -> pd.DataFrame:
     )
 
 
-def _asked(law: NamedLaw, free: Free) -> tuple[Any, Any]:
+def _asked(law: NamedLaw, free: Free) -> tuple[ComplexSpectrum, OfParts]:
     """What each line asks for, and its covariance."""
     point = law.point[None]
     at = free.at(point)
@@ -62,11 +64,10 @@ def _asked(law: NamedLaw, free: Free) -> tuple[Any, Any]:
 
 
 def _covariance(
-    moved: Any, information: Any, law: NamedLaw
-) -> Float[np.ndarray, "part part frequency"]:
-    """Covariance of the real and the imaginary part at each line."""
+    moved: Complex[np.ndarray, "unknown frequency"], information: Spectrum, law: NamedLaw
+) -> OfParts:
+    """Covariance of what lines ask for."""
     parts = np.stack([moved.real, moved.imag])
     of_others = law.fit.gaussian.covariance[: len(moved), : len(moved)]
     of_noise = np.eye(2)[..., None] / np.maximum(information, TINY)
-    covariance: Any = of_noise + np.einsum("auf,uv,bvf->abf", parts, of_others, parts)
-    return covariance
+    return of_noise + np.asarray(np.einsum("auf,uv,bvf->abf", parts, of_others, parts))

@@ -5,13 +5,14 @@ channels: I / 2 |t|^2 + Re(p* t), less what the other unknowns take up.
 """
 
 import functools
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Complex, Float, Int
 
+from ..._shared.dimensions import Spectrum
 from ...inference.engines.least_squares import NormalEquations
-from ...laws.rows import NUMBERS, NetworkRows
+from ...laws.rows import NUMBERS, NetworkRows, Which
 from ._filters import FilterRows
 from ._free_law import AtPort, Free, Lines, Points, half_squares, in_parts
 
@@ -22,6 +23,10 @@ OF_ROW = NUMBERS + 2
 
 Rows: TypeAlias = NetworkRows | FilterRows
 """Laws of few numbers as arrays: of a factor its change t from 1, which is Z where h is zero."""
+
+Each = Complex[np.ndarray, "... frequency"]
+Networks = Int[np.ndarray, "network"]
+"""Numbers of networks, or filters, that are tried."""
 
 LARGEST = np.array([5.0] * NUMBERS + [np.inf] * 2)
 """Largest coordinates of a row."""
@@ -45,7 +50,7 @@ class Asked(NamedTuple):
     log_volume: Float[np.ndarray, "place"]
 
     @classmethod
-    def at(cls, free: Free, points: Points, lines: Any) -> "Asked":
+    def at(cls, free: Free, points: Points, lines: Int[np.ndarray, "line"]) -> "Asked":
         """Read it at points, each at a place of its own, at some lines that stand for all.
 
         Points are fits with the law free at each line.
@@ -54,7 +59,7 @@ class Asked(NamedTuple):
         return cls(*map(np.concatenate, zip(*parts, strict=True)))
 
     @classmethod
-    def _at(cls, free: Free, points: Points, lines: Any) -> "Asked":
+    def _at(cls, free: Free, points: Points, lines: Int[np.ndarray, "line"]) -> "Asked":
         whole = free.at(points)
         strength = free.typical(whole)
         slopes = free.slopes(points, strength, 1 - whole.receptance * strength)
@@ -88,7 +93,7 @@ class LawsAsked:
     laws are inserted.
     """
 
-    def __init__(self, asked: Asked, rows: Rows, omega: Any, is_cut: bool):
+    def __init__(self, asked: Asked, rows: Rows, omega: Spectrum, is_cut: bool):
         self.asked, self.rows, self.omega, self.is_cut = asked, rows, omega, is_cut
 
     def cost(self, points: Points) -> np.ndarray:
@@ -115,12 +120,12 @@ class LawsAsked:
         curvature = squares - taken @ taken.transpose(0, 2, 1)
         return held_last(NormalEquations(cost, gradient, curvature, 2 * cost), 2)
 
-    def costs_of_draws(self, which: Any, count: int, place: int) -> np.ndarray:
+    def costs_of_draws(self, which: Networks, count: int, place: int) -> np.ndarray:
         """Cost of draws of the numbers of networks at one place [network, draw].
 
         Dynamic stiffness is the same at all places, and computed once.
         """
-        stiffness = self._drawn(tuple(which), count)
+        stiffness = self._drawn(tuple(which.tolist()), count)
         asked = self.asked
         strength, _ = closed(stiffness, asked.receptance[place], self.is_cut)
         taken = np.real(strength @ asked.absorbed[place].T)
@@ -131,12 +136,12 @@ class LawsAsked:
         return np.nan_to_num(cost.reshape(len(which), count) + prior, nan=np.inf)
 
     @functools.lru_cache(maxsize=2)  # noqa: B019  of one objective, which lives as long
-    def _drawn(self, which: Any, count: int) -> Any:
+    def _drawn(self, which: tuple[int, ...], count: int) -> Lines:
         numbers = np.tile(draws(count), (len(which), 1))
         rows = np.repeat(np.array(which), count)
         return self.rows.stiffness(rows, numbers, self.omega)
 
-    def _cost(self, points: Points, place: Any, strength: Lines) -> tuple[np.ndarray, np.ndarray]:
+    def _cost(self, points: Points, place: Which, strength: Lines) -> tuple[np.ndarray, np.ndarray]:
         """What pulls on the other unknowns, whitened, and the cost."""
         asked = self.asked
         left = asked.given[place] + self._taken(strength[:, None], place)[:, 0]
@@ -145,7 +150,7 @@ class LawsAsked:
         prior = half_squares(points[:, :NUMBERS])
         return left, asked.constant[place] + of_law.sum(axis=1) - half_squares(left) + prior
 
-    def _taken(self, along: Any, place: Any) -> Float[np.ndarray, "row direction unknown"]:
+    def _taken(self, along: Each, place: Which) -> Float[np.ndarray, "row direction unknown"]:
         """What changes of t [row, direction, frequency] take from the pull on other unknowns.
 
         One product of matrices for each place: copies of what it asks for each row are large.
@@ -160,7 +165,7 @@ class LawsAsked:
         return taken
 
 
-def _which(points: Points) -> tuple[Any, Any]:
+def _which(points: Points) -> tuple[Which, Which]:
     """Network and place of each row."""
     return points[:, NETWORK].astype(int), points[:, PLACE].astype(int)
 
@@ -170,7 +175,7 @@ def draws(count: int) -> Points:
     return np.random.default_rng(0).standard_normal((count, NUMBERS))
 
 
-def closed(stiffness: Any, receptance: Any, is_cut: bool) -> tuple[Any, Any]:
+def closed(stiffness: Each, receptance: Each, is_cut: bool) -> tuple[Each, Each]:
     """Strength t of a law, and its slope along the stiffness; one inserted is a compliance."""
     if is_cut:
         opened = 1 / (stiffness + receptance)

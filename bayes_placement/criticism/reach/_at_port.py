@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 from jaxtyping import Float
 
+from ..._shared.dimensions import Spectrum
 from ...experiment.variants import evenly_spread
 from ...inference.engines.levenberg_marquardt import minimise
 from ...inference.residuals import Problem, point_in_problem
@@ -14,14 +15,14 @@ from ...laws.rows import NUMBERS
 from ..kept_fits import NONE, Tree, stored_or_computed
 from ..locations import ends
 from ..screening_lines import at_about, at_lines_of_descents
-from ._asked import NETWORK, PLACE, Asked, LawsAsked, Rows
+from ._asked import NETWORK, PLACE, Asked, LawsAsked, Networks, Rows
 from ._channels import ChannelPort
 from ._filters import FILTERS
 from ._free_factor import FreeFactor
-from ._free_law import AnyLaw, Free, FreeLaw, Points, tells_phase
+from ._free_law import AnyLaw, Free, FreeLaw, Point, Points, tells_phase
 from ._free_law_of_many import STEPS, FreeLawOfMany
 from ._law_by_modes import LawByModes
-from ._laws_at_places import laws_at_places
+from ._laws_at_places import Fitted, laws_at_places
 from ._laws_in_full import LawsInFull
 from ._laws_of_amplitudes import laws_of_amplitudes
 from ._ports import Port, grid, largest, place_columns
@@ -33,9 +34,7 @@ MOST_LINES = 128
 FOLLOWED = 8
 """Draws of laws that are followed at each place."""
 
-Point = Float[np.ndarray, "unknown"]
-"""Coordinates of a problem."""
-
+OfPlaces = Float[np.ndarray, "place"]
 Places = Float[np.ndarray, "place coordinate"]
 """Coordinates of places."""
 
@@ -58,9 +57,9 @@ class ReachOfPort(NamedTuple):
     port: AnyPort
     free: Free
     points: Points
-    squares: Float[np.ndarray, "place"]
-    squares_of_law: Float[np.ndarray, "place"]
-    log_evidence: Float[np.ndarray, "place"]
+    squares: OfPlaces
+    squares_of_law: OfPlaces
+    log_evidence: OfPlaces
 
     @property
     def problem(self) -> Problem:
@@ -119,7 +118,9 @@ def reach_at_fit(point: Point, port: ChannelPort, free: FreeFactor, squares: flo
     return _with_laws(port, free, point[None], np.array([squares]), which)
 
 
-def _reach_at(port: AnyPort, free: Free, start: Point, places: Any, which: Any) -> ReachOfPort:
+def _reach_at(
+    port: AnyPort, free: Free, start: Point, places: Places, which: Networks
+) -> ReachOfPort:
     starts = _starts(start, free, places)
     if tells_phase(free.problem):
         points, squares = kept(
@@ -130,7 +131,9 @@ def _reach_at(port: AnyPort, free: Free, start: Point, places: Any, which: Any) 
     return _with_laws(port, free, points, squares, which)
 
 
-def _with_laws(port: AnyPort, free: Free, points: Points, squares: Any, which: Any) -> ReachOfPort:
+def _with_laws(
+    port: AnyPort, free: Free, points: Points, squares: OfPlaces, which: Networks
+) -> ReachOfPort:
     """Fit laws of a few numbers at points, of amplitudes one or two of each place."""
     found = fitted_laws(port, free, rows_of(port, free), points, which, -FOLLOWED, MOST_LINES)
     laws, cost, evidence = (_by_place(each, len(squares)) for each in found)
@@ -140,12 +143,12 @@ def _with_laws(port: AnyPort, free: Free, points: Points, squares: Any, which: A
     return ReachOfPort(port, free, of_problem, squares, 2 * cost[each, best], evidence[each, best])
 
 
-def _by_place(values: Any, places: int) -> Any:
+def _by_place(values: np.ndarray, places: int) -> np.ndarray:
     """Values [point, start, ...] of points that go through all places one or more times."""
     return np.concatenate(np.split(values, len(values) // places), axis=1)
 
 
-def _starts(start: Point, free: Free, places: Any) -> Points:
+def _starts(start: Point, free: Free, places: Places) -> Points:
     """At each place the fit without a law; then at each the medians of priors.
 
     The fit may have taken up what is missing; but not one that an earlier state tells.
@@ -159,7 +162,7 @@ def _starts(start: Point, free: Free, places: Any) -> Points:
     return np.concatenate([fitted, medians])
 
 
-def _with_free_law(starts: Any, free: Free, places: int) -> tuple[Points, Any]:
+def _with_free_law(starts: Points, free: Free, places: int) -> tuple[np.ndarray, OfPlaces]:
     """All else fitted at each place, from all starts there."""
     steps = STEPS if isinstance(free, FreeLawOfMany) else 12
     ends, normal = minimise(AnyLaw(free), starts, steps=steps)
@@ -169,15 +172,17 @@ def _with_free_law(starts: Any, free: Free, places: int) -> tuple[Points, Any]:
     return ends[chosen], normal.squares[chosen]
 
 
-def kept(compute: Callable[[], Tree], like: Tree, free: Free, port: AnyPort, *inputs: Any) -> Tree:
+def kept(
+    compute: Callable[[], Tree], like: Tree, free: Free, port: AnyPort, *inputs: object
+) -> Tree:
     """What a file holds of a port, or is computed; see `stored_or_computed`."""
     return stored_or_computed(compute, like, free.problem, port, *inputs)
 
 
 def fitted_laws(
-    port: AnyPort, free: Free, rows: Rows, points: Points, which: Any, starts: int, most: int
-) -> tuple[Any, Any, Any]:
-    """Laws at points [point, start, coordinate], in the coordinates of `LawsInFull`.
+    port: AnyPort, free: Free, rows: Rows, points: Points, which: Networks, starts: int, most: int
+) -> Fitted:
+    """Laws at points, in the coordinates of `LawsInFull`.
 
     With their costs and log evidence. All else is fitted to first order, to amplitudes in full.
 
@@ -185,7 +190,7 @@ def fitted_laws(
     `starts` draws of the prior are followed at each, see `laws_at_places`; `most` lines are taken.
     """
 
-    def found() -> tuple[Any, Any, Any]:
+    def found() -> Fitted:
         if not tells_phase(free.problem):
             in_full = LawsInFull(free, rows, omega_of(free), port.is_cut)
             return laws_of_amplitudes(in_full, which, points, starts)
@@ -210,7 +215,7 @@ def rows_of(port: AnyPort, free: Any) -> Rows:
     return port.rows(free, omega_of(free))
 
 
-def omega_of(free: Free) -> Any:
+def omega_of(free: Free) -> Spectrum:
     return 2 * np.pi * np.asarray(free.problem.experiment.frequency, float)
 
 
@@ -227,7 +232,7 @@ def where(port: AnyPort, problem: Problem, points: Points) -> pd.DataFrame:
     return table
 
 
-def ends_in_metres(row: Any) -> list[list[float]]:
+def ends_in_metres(row: pd.Series) -> list[list[float]]:
     """Return the places of a row, each a list of coordinates [m]."""
     places = [[float(row[name]) for name in names] for names in (PLACES[:3], PLACES[3:])]
     known = [[number for number in place if np.isfinite(number)] for place in places]

@@ -6,14 +6,14 @@ changes with residuals and with each other, are forms of the shapes at the place
 are the same for all places: a place costs products over modes, however many sensors there are.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Complex, Float
 
 from ...inference.residuals import Problem
 from ._free_factor import Responses
-from ._free_law import complex_residuals, over
+from ._free_law import Point, complex_residuals, over
 from ._motions import PLACES, Motions, Shapes, form
 from ._slopes import Sparsity
 
@@ -22,9 +22,6 @@ LINES = 64
 
 BEST = 100
 """Places of the scan in single precision that are computed again in double."""
-
-Point = Float[np.ndarray, "unknown"]
-"""Coordinates of a problem."""
 
 
 class SumsOverChannels(NamedTuple):
@@ -113,8 +110,10 @@ class ScanByModes:
         joined = (np.concatenate(each, axis=-1) for each in zip(*parts, strict=True))
         return Tables(*map(np.ascontiguousarray, joined))
 
-    def _table(self, moved: Any, lines: slice) -> Tables:
-        """Coefficients at some lines from motions [coordinate, point, line]."""
+    def _table(
+        self, moved: Complex[np.ndarray, "coordinate instrument line"], lines: slice
+    ) -> Tables:
+        """Coefficients at some lines from motions."""
         read, driven = np.split(moved, [self.motions.sensors], axis=1)
         response = np.einsum("sk,kal->sal", self.motions.at_sensors, driven)
         channels = *response.shape[:2], -1
@@ -155,7 +154,7 @@ class ScanByModes:
         return self.cost - 0.5 * gained - 0.5 * np.einsum("pu,pu->p", gradient, step)
 
 
-def _squares(read: Any, weight: Any) -> Float[np.ndarray, "pair frequency"]:
+def _squares(read: np.ndarray, weight: np.ndarray) -> Float[np.ndarray, "pair frequency"]:
     """Sums over sensors of weighted motions [coordinate, sensor, line] with each other."""
     weighted = np.moveaxis(read * weight, -1, 0)
     parts = np.concatenate([weighted.real, weighted.imag], axis=-1)

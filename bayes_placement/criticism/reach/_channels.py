@@ -1,11 +1,12 @@
 """Channels whose record may have a factor that is missing: each by itself, and all together."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 
 from ...effects.butterworth import LowPass
-from ...effects.on_transducer import channels
+from ...effects.on_transducer import OnTransducer, channels
 from ...experiment.experiment import Experiment
 from ._filters import FilterRows
 from ._free_factor import FreeFactor, Responses
@@ -27,7 +28,7 @@ class ChannelPort(NamedTuple):
     """
 
     acts_on: str
-    effect: Any
+    effect: OnTransducer
 
     @property
     def is_cut(self) -> bool:
@@ -39,7 +40,7 @@ class ChannelPort(NamedTuple):
         """Unit of a factor."""
         return "1"
 
-    def effect_in(self, experiment: Experiment) -> Any:
+    def effect_in(self, experiment: Experiment) -> OnTransducer:
         """Return the effect that says where it is."""
         return self.effect.numbered(experiment.instruments)
 
@@ -48,9 +49,9 @@ class ChannelPort(NamedTuple):
         if self.acts_on == "all_channels":
             return "all channels"
         effect = self.effect_in(experiment)
-        return str(effect.setting(experiment.structure.modes, experiment.instruments))
+        return effect.setting(experiment.structure.modes, experiment.instruments)
 
-    def rows(self, free: FreeFactor, omega: Any) -> FilterRows:
+    def rows(self, free: FreeFactor, omega: Float[np.ndarray, "frequency"]) -> FilterRows:
         """Filters that may be there."""
         return FilterRows(omega, self.effect.side == "actuator")
 
@@ -71,8 +72,8 @@ def channels_of(experiment: Experiment) -> list[ChannelPort]:
 def free_factor(port: ChannelPort, responses: Responses) -> FreeFactor:
     """The factor on its channels, free at each line."""
     experiment = responses.problem.experiment
-    effect: Any = port.effect_in(experiment)
-    return FreeFactor(responses, np.asarray(effect.affected(experiment.instruments)))
+    affected = port.effect_in(experiment).affected(experiment.instruments)
+    return FreeFactor(responses, np.asarray(affected))
 
 
 def _nothing(transducer: str | None, side: str, direction: int | None) -> LowPass:

@@ -8,23 +8,27 @@ library.
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-from jaxtyping import Complex, Float, Int
+from jaxtyping import Complex, Float
 
+from ..._shared.dimensions import Spectrum
 from ...effects.butterworth import loss_of_order
 from ...effects.mount_resonance import excess
 from ...inference.engines.least_squares import STEP
 from ...laws.catalogue import leaves
 from ...laws.law import Tree
-from ...laws.rows import ELEMENTS_OF_ROW, NUMBERS
+from ...laws.rows import ELEMENTS_OF_ROW, NUMBERS, Points, Slopes, Stiffness, Which
 
 DAMPING_RATIO = 0.03
 """Median of the damping ratio of a mount."""
 
 DECADES_OF_DAMPING = 0.5
 """Its deviation: from 0.003 to 0.3 for the most part."""
+
+Number: TypeAlias = float | np.ndarray
+Band: TypeAlias = tuple[float, float]
 
 
 class Part(NamedTuple):
@@ -36,22 +40,22 @@ class Part(NamedTuple):
     """
 
     factor: Callable[..., Any]
-    numbers: Callable[[Any, Any, tuple[float, float]], tuple[Any, ...]]
+    numbers: Callable[[Number, Number, Band], tuple[Number, ...]]
     words: str
     filters: bool = True
     scale: float = 1.0
     """Factor on the numbers in words."""
 
 
-def _ratio(omega: Any, frequency: Any) -> Any:
+def _ratio(omega: Spectrum, frequency: Number) -> Float[np.ndarray, "*row frequency"]:
     return omega / (2 * np.pi * frequency)
 
 
-def _nothing(size: Any, other: Any, band: tuple[float, float]) -> tuple[()]:
+def _nothing(size: Number, other: Number, band: Band) -> tuple[()]:
     return ()
 
 
-def _at_the_top(size: Any, other: Any, band: tuple[float, float]) -> tuple[Any]:
+def _at_the_top(size: Number, other: Number, band: Band) -> tuple[Number]:
     """A corner [Hz] within a decade or two of the last line."""
     return (band[1] * 10**size,)
 
@@ -111,10 +115,10 @@ class ChannelFilter:
     actuator.
     """
 
-    parts: Mapping[str, tuple[Any, ...]]
+    parts: Mapping[str, tuple[Number, ...]]
     of_force: bool = False
 
-    def factor(self, omega: Any) -> Any:
+    def factor(self, omega: Spectrum) -> Complex[np.ndarray, "*row frequency"]:
         """Factor on FRFs at angular frequencies [rad/s]."""
         return math.prod(
             PARTS[name].factor(omega, *numbers) ** (-1 if self._inverts(name) else 1)
@@ -148,16 +152,12 @@ class FilterRows:
     `omega` are angular frequencies of the experiment [rad/s].
     """
 
-    def __init__(self, omega: Float[np.ndarray, "frequency"], of_force: bool):
+    def __init__(self, omega: Spectrum, of_force: bool):
         self.trees = list(FILTERS)
         self.of_force = of_force
         self._band = float(omega[0] / (2 * np.pi)), float(omega[-1] / (2 * np.pi))
 
-    def at_lines(
-        self, which: Int[np.ndarray, "row"], points: Float[np.ndarray, "row coordinate"], omega: Any
-    ) -> tuple[
-        Complex[np.ndarray, "row frequency"], Complex[np.ndarray, "row coordinate frequency"]
-    ]:
+    def at_lines(self, which: Which, points: Points, omega: Spectrum) -> tuple[Stiffness, Slopes]:
         """Change of the factor from 1 of each row, and its slopes along their coordinates.
 
         `which` are filters of the rows, `omega` angular frequencies [rad/s].
@@ -166,7 +166,7 @@ class FilterRows:
         moved = [self.stiffness(which, points + STEP * unit, omega) for unit in np.eye(NUMBERS)]
         return values, np.stack([(each - values) / STEP for each in moved], axis=1)
 
-    def stiffness(self, which: Any, points: Any, omega: Any) -> Any:
+    def stiffness(self, which: Which, points: Points, omega: Spectrum) -> Stiffness:
         """Change of the factor from 1 alone, which is what a stiffness is at a port."""
         changes = np.empty((len(points), len(omega)), complex)
         for number in np.unique(which):
@@ -175,7 +175,7 @@ class FilterRows:
             changes[rows] = self.law(int(number), coordinates).factor(omega) - 1
         return changes
 
-    def law(self, number: int, point: Any) -> ChannelFilter:
+    def law(self, number: int, point: Float[np.ndarray, "coordinate *row"]) -> ChannelFilter:
         """Filter at coordinates."""
         parts = {
             name: PARTS[name].numbers(point[place], point[ELEMENTS_OF_ROW + place], self._band)

@@ -6,7 +6,7 @@ explains all that it measured: then only a factor of few numbers tells something
 """
 
 import functools
-from typing import Any
+from collections.abc import Callable
 
 import equinox as eqx
 import numpy as np
@@ -14,7 +14,7 @@ from jaxtyping import Float
 
 from ...inference.residuals import Problem
 from ._free_law import AtPort, Channels, Lines, Points, complex_residuals, over
-from ._slopes import Slopes, Sparsity
+from ._slopes import Along, Slopes, Sparsity
 
 
 class Responses:
@@ -32,23 +32,24 @@ class Responses:
             further=problem.further,
         )
         of_zero.squares.take_structure(problem.squares)
-        self._both, self._kept = (problem, of_zero), dict[Any, Any]()
+        self._both, self._kept = (problem, of_zero), dict[str, tuple[bytes, list[np.ndarray]]]()
 
-    def at(self, points: Points) -> list[Any]:
-        """Complex residuals and responses [point, channel, frequency]."""
+    def at(self, points: Points) -> list[Channels]:
+        """Complex residuals and responses."""
         return self._known("at", points, lambda each: each.squares.residuals(points)[0])
 
-    def along(self, points: Points) -> list[Any]:
-        """Their slopes along the groups of unknowns [point, group, channel, frequency]."""
+    def along(self, points: Points) -> list[Along]:
+        """Their slopes along the groups of unknowns."""
         return self._known("along", points, lambda each: each.squares.along_groups(points).slopes)
 
-    def _known(self, what: str, points: Points, evaluate: Any) -> list[Any]:
+    def _known(
+        self, what: str, points: Points, evaluate: Callable[[Problem], np.ndarray]
+    ) -> list[np.ndarray]:
         key = points.tobytes()
         if self._kept.get(what, (None,))[0] != key:
             values = [complex_residuals(evaluate(each), each) for each in self._both]
             self._kept[what] = key, values
-        known: list[Any] = self._kept[what][1]
-        return known
+        return self._kept[what][1]
 
     @functools.cached_property
     def sparsity(self) -> Sparsity:

@@ -8,7 +8,7 @@ Pereyra, SIAM J. Numer. Anal. 10 (1973) 413, doi:10.1137/0710036).
 
 import functools
 from collections.abc import Sequence
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Complex, Float, Inexact
@@ -16,16 +16,15 @@ from jaxtyping import Complex, Float, Inexact
 from ...inference.engines.least_squares import STEP, NormalEquations
 from ...inference.residuals import Problem
 from ..kept_fits import stored_or_computed
-from ._slopes import Slopes, Sparsity, by_line
+from ._slopes import Channels, Curvatures, Slopes, SomeLines, Sparsity, by_line
 
+Point = Float[np.ndarray, "unknown"]
+OfPoints = Float[np.ndarray, "point"]
 Points = Float[np.ndarray, "point unknown"]
 """Coordinates of a problem."""
 
 Lines = Complex[np.ndarray, "point frequency"]
 """A complex number at each line."""
-
-Channels = Inexact[np.ndarray, "point channel frequency"]
-"""A complex number at each line of each channel; of amplitudes a real one."""
 
 MOST_SLOPES = 2**22
 """Slopes that are taken together: those of many places and channels are gigabytes."""
@@ -199,12 +198,12 @@ class FreeOfLaw(NamedTuple):
     slope: Channels
     along: Slopes
 
-    def at_lines(self, lines: Any) -> "FreeOfLaw":
+    def at_lines(self, lines: SomeLines) -> "FreeOfLaw":
         """Return the same at some lines."""
         left, slope = (each[..., lines] for each in (self.left, self.slope))
         return FreeOfLaw(left, slope, self.along.at_lines(lines, 1.0))
 
-    def normal_equations(self) -> tuple[Any, Any, Any]:
+    def normal_equations(self) -> tuple[Points, Curvatures, OfPoints]:
         """Gradient and curvature along all else, the law following it, and the sum of squares."""
         gradient, curvature = self.along.products(self.left)  # this has no part along a law
         crossed = self.along.crossed(self.slope)
@@ -252,7 +251,9 @@ def in_parts(points: Points, problem: Problem) -> list[Float[np.ndarray, "some u
     return np.array_split(points, max(1, -(-len(points) // max(1, together))))
 
 
-def complex_residuals(residual: np.ndarray, problem: Problem) -> Any:
+def complex_residuals(
+    residual: Float[np.ndarray, "*point datum"], problem: Problem
+) -> Inexact[np.ndarray, "*point channel frequency"]:
     """Complex residuals [..., channel, frequency] from those of both parts; of amplitudes real.
 
     Those of earlier states follow as further channels, which no law changes: what matters are sums
@@ -276,13 +277,12 @@ def half_squares(values: np.ndarray) -> np.ndarray:
     return 0.5 * np.sum(np.abs(values) ** 2, axis=tuple(range(1, values.ndim)))
 
 
-def squares_by_line(residual: Any) -> Float[np.ndarray, "point line"]:
+def squares_by_line(residual: Channels) -> Float[np.ndarray, "point frequency"]:
     """Sums of squares over the channels at each line."""
-    squares: np.ndarray = np.sum(np.abs(residual) ** 2, axis=1)
-    return squares
+    return np.sum(np.abs(residual) ** 2, axis=1)
 
 
-def over(numerator: Any, denominator: Any) -> Any:
+def over(numerator: np.ndarray | float, denominator: np.ndarray) -> np.ndarray:
     """Quotient; zero where the denominator is, and where a port cannot move."""
     is_known = (denominator != 0) & np.isfinite(denominator) & np.isfinite(numerator)
     safe = np.where(is_known, denominator, 1.0)

@@ -8,7 +8,7 @@ Fits with free laws come in, shares of any band go out; who asks for it is not k
 
 import itertools
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -17,7 +17,8 @@ from ...inference.residuals import Problem
 from ..kept_fits import NONE, stored_or_computed
 from ._at_port import Point, ReachOfPort
 from ._free_law import AnyLaw, FreeOfLaw, Points, complex_residuals, in_parts, tells_phase
-from ._slopes import Slopes, Sparsity
+from ._of_modes import ReachOfEffect
+from ._slopes import Curvatures, Slopes, Sparsity, measured_by_line
 
 OF_LAW = 2
 """Numbers that a free law takes at each line, whatever they explain."""
@@ -25,6 +26,8 @@ OF_LAW = 2
 MOST_NUMBERS = 2**22
 """Most products that are kept: of many lines and unknowns the ends of a band lie further apart."""
 
+Edges = Int[np.ndarray, "edge"]
+ByGroup = Float[np.ndarray, "group row column column"]
 Products = Float[np.ndarray, "row column column"]
 """Products of slopes along all unknowns with each other, and last with residuals."""
 
@@ -38,7 +41,7 @@ class LeftInBands(NamedTuple):
     """
 
     frequency: Float[np.ndarray, "line"]
-    edges: Int[np.ndarray, "edge"]
+    edges: Edges
     measured: Int[np.ndarray, "edge"]
     products: Float[np.ndarray, "edge row column column"]
     points: Float[np.ndarray, "row unknown"]
@@ -74,45 +77,36 @@ _LAYOUT = LeftInBands(NONE, NONE, NONE, NONE, NONE)
 """Its structure alone matters."""
 
 
-def left_in_bands(problem: Problem, point: Point, reaches: Sequence[Any]) -> LeftInBands | None:
+def left_in_bands(
+    problem: Problem, point: Point, reaches: Sequence[ReachOfPort | ReachOfEffect]
+) -> LeftInBands | None:
     """Return what laws leave in bands; None of amplitudes and modes, and of two states."""
     is_known = problem.baseline is None and tells_phase(problem)
-    if not is_known or not all(isinstance(reached, ReachOfPort) for reached in reaches):
+    at_ports = [reached for reached in reaches if isinstance(reached, ReachOfPort)]
+    if not is_known or len(at_ports) < len(reaches):
         return None
 
     def computed() -> LeftInBands:
-        rows = 1 + sum(len(reached.points) for reached in reaches)
+        rows = 1 + sum(len(reached.points) for reached in at_ports)
         edges = _edges(problem, rows)
         parts = [_as_given(problem, point, edges)]
-        parts += [_with_law(reached, edges) for reached in reaches]
+        parts += [_with_law(reached, edges) for reached in at_ports]
         products, points = zip(*parts, strict=True)
         summed = np.cumsum(np.concatenate(products, axis=1), axis=0)
         frequency = np.asarray(problem.experiment.frequency, float)
-        measured = _measured_before(problem)[edges]
-        return LeftInBands(
-            frequency,
-            edges,
-            measured,
-            np.concatenate([0 * summed[:1], summed]),
-            np.concatenate(points),
-        )
+        measured = np.cumsum([0, *measured_by_line(problem)])[edges]
+        from_zero = np.concatenate([0 * summed[:1], summed])
+        return LeftInBands(frequency, edges, measured, from_zero, np.concatenate(points))
 
     return stored_or_computed(computed, _LAYOUT, problem, point)
 
 
-def _edges(problem: Problem, rows: int) -> Int[np.ndarray, "edge"]:
+def _edges(problem: Problem, rows: int) -> Edges:
     lines, size = problem.data.z.shape[-1], rows * (problem.dimension + 1) ** 2
     return np.linspace(0, lines, min(lines, max(1, MOST_NUMBERS // size)) + 1).astype(int)
 
 
-def _measured_before(problem: Problem) -> Int[np.ndarray, "line"]:
-    """Return how many numbers were measured before each line, and in all."""
-    measured = np.asarray(problem.data.measured)
-    count: np.ndarray = measured.reshape(-1, measured.shape[-1]).sum(axis=0)
-    return np.concatenate([[0], np.cumsum(count)])
-
-
-def _as_given(problem: Problem, point: Point, edges: Any) -> tuple[Any, Points]:
+def _as_given(problem: Problem, point: Point, edges: Edges) -> tuple[ByGroup, Points]:
     """Products of the model as given at its fit, line group by line group."""
     residual, _, along, _ = problem.squares.along_groups(point[None])
     left, slopes = (complex_residuals(each, problem) for each in (residual, along))
@@ -120,7 +114,7 @@ def _as_given(problem: Problem, point: Point, edges: Any) -> tuple[Any, Points]:
     return _products(given, edges), point[None]
 
 
-def _with_law(reached: ReachOfPort, edges: Any) -> tuple[Any, Points]:
+def _with_law(reached: ReachOfPort, edges: Edges) -> tuple[ByGroup, Points]:
     """Products at each place with a free law; what is held there is no unknown."""
     any_law, held = AnyLaw(reached.free), reached.free.held
     parts = [
@@ -131,12 +125,12 @@ def _with_law(reached: ReachOfPort, edges: Any) -> tuple[Any, Points]:
     return products, np.delete(reached.points, held, axis=1)
 
 
-def _products(free: FreeOfLaw, edges: Any) -> Float[np.ndarray, "group row column column"]:
+def _products(free: FreeOfLaw, edges: Edges) -> ByGroup:
     groups = [slice(*ends) for ends in itertools.pairwise(edges)]
     return np.stack([_bordered(*free.at_lines(lines).normal_equations()) for lines in groups])
 
 
-def _bordered(gradient: Any, curvature: Any, squares: Any) -> Products:
+def _bordered(gradient: Points, curvature: Curvatures, squares: np.ndarray) -> Products:
     """Curvature with the gradient as its last row and column, and the sum of squares."""
     upper = np.concatenate([curvature, gradient[..., None]], axis=2)
     lower = np.concatenate([gradient, squares[:, None]], axis=1)

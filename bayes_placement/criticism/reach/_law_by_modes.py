@@ -1,10 +1,11 @@
 """A law that is free at each line, at places of a structure of many nodes, by motions of modes."""
 
 import functools
-from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
+from ...effects.effect import OnPorts
 from ...inference.engines.least_squares import STEP
 from ...inference.residuals import Problem
 from ._free_factor import Responses
@@ -20,7 +21,7 @@ class LawByModes:
     law.
     """
 
-    def __init__(self, base: Problem, free: FreeLaw, effect: Any):
+    def __init__(self, base: Problem, free: FreeLaw, effect: OnPorts):
         self.problem, self.held = free.problem, free.held
         self._base, self._free, self._effect = base, free, effect
         self._responses = Responses(base)
@@ -51,7 +52,7 @@ class LawByModes:
         order = np.argsort(np.argsort(which, kind="stable"), kind="stable")
         return AtPort(*(np.concatenate(each)[order] for each in zip(*parts, strict=True)))
 
-    def _at(self, other: Any, points: Points) -> AtPort:
+    def _at(self, other: Float[np.ndarray, "coordinate"], points: Points) -> AtPort:
         residual, response = (each[0] for each in self._responses.at(other[None]))
         motions, named = Motions(self._base, other), self.problem.coordinates.named(points)
         values = {component: named[name] for name, component in self._place.items()}

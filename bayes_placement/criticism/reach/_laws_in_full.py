@@ -4,15 +4,20 @@ Every network of one kind of port is fitted with one compiled response, since it
 numbers at the lines.
 """
 
-from typing import Any
-
 import numpy as np
+from jaxtyping import Complex, Float
 
+from ..._shared.dimensions import Spectrum
 from ...inference.engines.least_squares import STEP, NormalEquations
-from ...laws.rows import NUMBERS
+from ...laws.rows import NUMBERS, Which
 from ._asked import Rows, closed, held_last
-from ._free_law import Free, Points, half_squares, tells_phase
-from ._slopes import Slopes
+from ._free_law import Channels, Free, Lines, Points, half_squares, tells_phase
+from ._slopes import Curvatures, Slopes
+
+AlongNumbers = Complex[np.ndarray, "point number frequency"]
+Numbers = Float[np.ndarray, "point number"]
+OfNumbers = Float[np.ndarray, "point number number"]
+Across = Float[np.ndarray, "point unknown number"]
 
 
 class LawsInFull:
@@ -24,7 +29,7 @@ class LawsInFull:
     `omega` are angular frequencies [rad/s]; `is_cut` says that laws are inserted.
     """
 
-    def __init__(self, free: Free, rows: Rows, omega: Any, is_cut: bool):
+    def __init__(self, free: Free, rows: Rows, omega: Spectrum, is_cut: bool):
         self.free, self.rows, self.omega, self.is_cut = free, rows, omega, is_cut
 
     @property
@@ -53,8 +58,8 @@ class LawsInFull:
         return held_last(NormalEquations(cost, gradient + prior, curvature, squares), 1)
 
     def _along_numbers(
-        self, of_problem: Points, stiffness: Any, along: Any, others: Slopes
-    ) -> tuple[Any, Any, Any, Any]:
+        self, of_problem: Points, stiffness: Lines, along: AlongNumbers, others: Slopes
+    ) -> tuple[Channels, Numbers, OfNumbers, Across]:
         """Residuals, and products of their slopes along the numbers of laws.
 
         With the residuals, with each other, and with slopes along all other unknowns; sums over
@@ -73,8 +78,8 @@ class LawsInFull:
         return left, pulls, squares, across
 
     def _by_differences(
-        self, of_problem: Points, stiffness: Any, along: Any, others: Slopes
-    ) -> tuple[Any, Any, Any, Any]:
+        self, of_problem: Points, stiffness: Lines, along: AlongNumbers, others: Slopes
+    ) -> tuple[Channels, Numbers, OfNumbers, Across]:
         left = self.free.residuals(of_problem, *self._law(stiffness))
         moved = [
             (self.free.residuals(of_problem, *self._law(stiffness + STEP * each)) - left) / STEP
@@ -85,18 +90,20 @@ class LawsInFull:
         across = [others.crossed(each).real.sum(axis=-1) for each in moved]
         return left, pulls, flat @ flat.transpose(0, 2, 1), np.stack(across, axis=-1)
 
-    def _parts(self, points: Points) -> tuple[Any, Any, Any]:
+    def _parts(self, points: np.ndarray) -> tuple[Points, Numbers, Which]:
         size = self.free.problem.dimension
         which = points[:, -1].astype(int)
         return points[:, :size], points[:, size:-1], which
 
-    def _law(self, stiffness: Any) -> tuple[Any, Any]:
+    def _law(self, stiffness: Lines) -> tuple[Lines, Lines]:
         """Numerator and denominator at the lines."""
         ones = np.ones_like(stiffness)
         return (ones, stiffness) if self.is_cut else (stiffness, ones)
 
 
-def _joined(of_others: Any, pulls: Any, squares: Any, across: Any) -> tuple[Any, Any]:
+def _joined(
+    of_others: tuple[Points, Curvatures], pulls: Numbers, squares: OfNumbers, across: Across
+) -> tuple[np.ndarray, np.ndarray]:
     """Gradient and curvature along all other unknowns, then along the numbers of laws."""
     upper = np.concatenate([of_others[1], across], axis=2)
     lower = np.concatenate([across.transpose(0, 2, 1), squares], axis=2)

@@ -4,14 +4,13 @@ A law that is free at each line has two unknowns there, and an amplitude is one 
 few numbers are fitted at once, all other unknowns with them, and nothing is linearised.
 """
 
-from typing import Any
-
 import numpy as np
+from jaxtyping import Float
 
 from ...inference.engines.levenberg_marquardt import minimise
-from ._asked import draws
+from ._asked import Networks, draws
 from ._free_law import Points
-from ._laws_at_places import best_starts
+from ._laws_at_places import Fitted, best_starts
 from ._laws_in_full import LawsInFull
 
 DRAWS = 16
@@ -22,9 +21,9 @@ STEPS = 12
 
 
 def laws_of_amplitudes(
-    objective: LawsInFull, which: Any, points: Points, starts: int
-) -> tuple[Any, Any, Any]:
-    """Laws fitted from points [point, start, coordinate], their costs and log evidence.
+    objective: LawsInFull, which: Networks, points: Points, starts: int
+) -> Fitted:
+    """Laws fitted from points, their costs and log evidence.
 
     Places are held; points are coordinates of the problem, each of a place. `which` are numbers of
     the networks, `starts` draws of the prior that are followed at each, see `laws_at_places`.
@@ -37,7 +36,9 @@ def laws_of_amplitudes(
     return ends.reshape(*shape, ends.shape[1]), normal.cost.reshape(shape), evidence.reshape(shape)
 
 
-def _starts(objective: LawsInFull, which: Any, point: Any, starts: int) -> Points:
+def _starts(
+    objective: LawsInFull, which: Networks, point: Float[np.ndarray, "coordinate"], starts: int
+) -> Points:
     numbers = np.broadcast_to(draws(DRAWS), (len(which), *draws(DRAWS).shape))
     alike = (*numbers.shape[:2], len(point))
     networks = np.broadcast_to(which[:, None, None], (*numbers.shape[:2], 1))

@@ -5,19 +5,23 @@ are computed apart: a place costs products over modes, whatever is attached else
 """
 
 import functools
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Array, Complex, Float
 
-from ..._shared.compiled import compiled
+from ..._shared.compiled import Bound, compiled
+from ..._shared.dimensions import Spectrum
 from ..._shared.sites import substitute
+from ...effects.effect import Omega, OnPorts
 from ...experiment.frf import motion, readings, receptance
+from ...experiment.structure import Structure
 from ...inference.residuals import Problem
-from ...modes.points import joined
+from ...modes.points import Points, joined
+from ._slopes import SomeLines
 
 PLACES, FEW_PLACES = 256, 16
 """Places that are read by one call, padded: of many, and of few."""
@@ -27,6 +31,10 @@ AT_ONCE = 8
 
 Shapes = Float[np.ndarray, "place coordinate"]
 """Readings of motions at places."""
+
+Numbers = Float[Array, "place component"]
+Values: TypeAlias = Mapping[str, Float[np.ndarray, "place"]]
+"""Values of the unknowns of a place, by their names in an effect, at each of some places."""
 
 
 class Motions:
@@ -42,12 +50,12 @@ class Motions:
         self.structure, self.sensors, self._driven = known.structure, sides[0].count, joined(sides)
         self.omega = 2 * np.pi * np.asarray(known.frequency, float)
 
-    def at_lines(self, lines: Any) -> Complex[np.ndarray, "coordinate instrument line"]:
+    def at_lines(self, lines: SomeLines) -> Complex[np.ndarray, "coordinate instrument line"]:
         """Motions at some lines, those of sensors first."""
         return np.asarray(self._compiled(self.omega[lines]))
 
     @functools.cached_property
-    def _compiled(self) -> Any:
+    def _compiled(self) -> Bound[Complex[Array, "coordinate instrument line"]]:
         return compiled(motion).bound(self.structure, self._driven)
 
     @functools.cached_property
@@ -57,26 +65,23 @@ class Motions:
         return np.asarray(compiled(readings)(self.structure, driven, driven, omega))[: self.sensors]
 
     def readings(
-        self, effects: Sequence[Any], values: Mapping[str, Any]
+        self, effects: Sequence[OnPorts], values: Values
     ) -> Float[np.ndarray, "port place coordinate"]:
         """Readings of the ports of effects, at values of their common place."""
-        read = self._at_values(_readings, effects, values, self.omega[:1])
+        read = self._at_values(_readings, values, self.omega[:1], *effects)
         return np.ascontiguousarray(np.moveaxis(read, 1, 0))
 
-    def receptances(
-        self, effect: Any, values: Mapping[str, Any]
-    ) -> Complex[np.ndarray, "place frequency"]:
+    def receptances(self, on: OnPorts, values: Values) -> Complex[np.ndarray, "place frequency"]:
         """Receptance of the port of an effect, at values of its place."""
-        return self._at_values(_receptances, [effect], values, self.omega)
+        return self._at_values(_receptances, values, self.omega, on)
 
     def _at_values(
-        self, function: Any, effects: Sequence[Any], values: Mapping[str, Any], omega: Any
+        self, function: Callable[..., Array], values: Values, omega: Spectrum, *effects: OnPorts
     ) -> np.ndarray:
         """What a function of ports returns at each value of their place."""
         numbers = np.stack([np.asarray(value, float) for value in values.values()], axis=-1)
-        of_places = compiled(function).bound(
-            self.structure, tuple(effects), self._driven, omega, tuple(values)
-        )
+        placed = _PlacedEffects(self.structure, effects, tuple(values))
+        of_places = compiled(function).bound(placed, self._driven, omega)
         size = PLACES if len(numbers) > FEW_PLACES else FEW_PLACES
         rows = [
             np.minimum(np.arange(start, start + size), len(numbers) - 1)
@@ -85,38 +90,45 @@ class Motions:
         return np.concatenate([np.asarray(of_places(numbers[row])) for row in rows])[: len(numbers)]
 
 
-def form(shapes: Shapes, table: Any) -> Any:
+def form(shapes: Shapes, table: Complex[np.ndarray, "*row coordinate line"]) -> np.ndarray:
     """Products of shapes with a contiguous table [..., coordinate, line] of complex numbers."""
     return (shapes @ table.view(shapes.dtype)).view(table.dtype)
 
 
+class _PlacedEffects(NamedTuple):
+    """Effects on a structure, and the names of the unknowns of their common place."""
+
+    structure: Structure
+    effects: tuple[OnPorts, ...]
+    names: tuple[str, ...]
+
+    def ports(self, numbers: Float[Array, "component"]) -> list[Points]:
+        """Ports of the effects, each with the same values of its place."""
+        values = dict(zip(self.names, numbers, strict=True))
+        placed = [substitute(effect, values) for effect in self.effects]
+        laws = [each.port_laws(self.structure.modes, jnp.ones(1), jnp.ones(1)) for each in placed]
+        return [law.points for (law,) in laws]
+
+
 def _readings(
-    structure: Any, effects: Any, driven: Any, omega: Any, names: tuple[str, ...], numbers: Any
-) -> Any:
+    placed: _PlacedEffects, driven: Points, omega: Omega, numbers: Numbers
+) -> Float[Array, "place port coordinate"]:
     """Readings of ports at a batch of places."""
 
-    def at(numbers: Any) -> Any:
-        ports = _ports_at(structure, effects, names, numbers)
-        return jnp.concatenate([readings(structure, port, driven, omega) for port in ports])
+    def at(numbers: Float[Array, "component"]) -> Float[Array, "port coordinate"]:
+        read = [readings(placed.structure, port, driven, omega) for port in placed.ports(numbers)]
+        return jnp.concatenate(read)
 
     return jax.lax.map(at, numbers, batch_size=AT_ONCE)
 
 
 def _receptances(
-    structure: Any, effects: Any, driven: Any, omega: Any, names: tuple[str, ...], numbers: Any
-) -> Any:
+    placed: _PlacedEffects, driven: Points, omega: Omega, numbers: Numbers
+) -> Complex[Array, "place frequency"]:
     """Receptance of a port at a batch of places."""
 
-    def at(numbers: Any) -> Any:
-        (port,) = _ports_at(structure, effects, names, numbers)
-        return receptance(structure, port, port, omega)[0, 0]
+    def at(numbers: Float[Array, "component"]) -> Complex[Array, "frequency"]:
+        (port,) = placed.ports(numbers)
+        return receptance(placed.structure, port, port, omega)[0, 0]
 
     return jax.lax.map(at, numbers, batch_size=AT_ONCE)
-
-
-def _ports_at(structure: Any, effects: Any, names: tuple[str, ...], numbers: Any) -> list[Any]:
-    """Ports of effects, each with the same values of its place."""
-    values = dict(zip(names, numbers, strict=True))
-    placed = [substitute(effect, values) for effect in effects]
-    laws = [each.port_laws(structure.modes, jnp.ones(1), jnp.ones(1)) for each in placed]
-    return [law.points for (law,) in laws]

@@ -4,7 +4,7 @@ import json
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -14,10 +14,12 @@ from ...inference.engines.levenberg_marquardt import Fit, best_fit, minimise
 from ...inference.residuals import Problem
 from ...laws.catalogue import leaves
 from ...laws.law import Law, Tree
+from ...laws.rows import NetworkRows
 from ..fits_in_processes import fitted_in_processes
 from ..kept_fits import NONE
 from ._asked import Rows
 from ._at_port import (
+    AnyPort,
     Places,
     Point,
     ReachOfPort,
@@ -31,6 +33,7 @@ from ._effect_as_law import EffectAsLaw
 from ._filters import ChannelFilter
 from ._free_law import Points
 from ._free_law_of_many import FreeLawOfMany
+from ._laws_at_places import Fitted
 from ._laws_in_full import LawsInFull
 from ._ports import Port
 from ._scanned import Scanned, scanned
@@ -67,10 +70,10 @@ class NamedLaw(NamedTuple):
     network, and of the piece, within its kind of port.
     """
 
-    port: Any
+    port: AnyPort
     tree: Tree
     law: Law | ChannelFilter | EffectAsLaw
-    rows: Any
+    rows: Rows | None
     point: Float[np.ndarray, "unknown"]
     numbers: Float[np.ndarray, "number"]
     fit: Fit
@@ -84,7 +87,8 @@ class NamedLaw(NamedTuple):
     @property
     def prior(self) -> Law:
         """The network with priors of its numbers."""
-        return self.rows.prior(self.rows.trees.index(self.tree))  # type: ignore[no-any-return]
+        assert isinstance(self.rows, NetworkRows)
+        return self.rows.prior(self.rows.trees.index(self.tree))
 
 
 def reached_ports(
@@ -218,18 +222,19 @@ def _laws_at(reach: ReachOfPort, points: Points, pieces: int) -> list[NamedLaw]:
     if isinstance(reach.free, FreeLawOfMany):
         laws, _, evidence = found
         of_places = [laws[place, row] for place, row in enumerate(np.argmax(evidence, axis=1))]
-        begins = [*of_places, *_best_rows(*found, rows.trees)[:BEST_OF_MANY]]
+        begins = [*of_places, *_best_rows(found, rows.trees)[:BEST_OF_MANY]]
     else:
-        begins = _best_rows(*found, rows.trees)[:BEST_LAWS]
+        begins = _best_rows(found, rows.trees)[:BEST_LAWS]
     return _in_full(reach, rows, np.array(begins), pieces)
 
 
-def _best_rows(rows: Any, cost: Any, evidence: Any, trees: Sequence[Tree]) -> list[Any]:
+def _best_rows(found: Fitted, trees: Sequence[Tree]) -> list[np.ndarray]:
     """Best fit of each network, the best first, but of those that do no more than a part of them.
 
     All that contain one of the best would leave no room for others.
     """
-    rows = rows.reshape(-1, rows.shape[-1])
+    laws, cost, evidence = found
+    rows = laws.reshape(-1, laws.shape[-1])
     best: dict[int, int] = {}  # of each network
     for number in np.argsort(-evidence.ravel()):
         best.setdefault(int(rows[number, -1]), number)
@@ -249,7 +254,7 @@ def _is_part(tree: Tree, whole: Tree) -> bool:
     return Counter(leaves(tree)) < Counter(leaves(whole))
 
 
-def _in_full(reach: ReachOfPort, rows: Rows, starts: Any, pieces: int) -> list[NamedLaw]:
+def _in_full(reach: ReachOfPort, rows: Rows, starts: Points, pieces: int) -> list[NamedLaw]:
     free = reach.free.released()
     objective = LawsInFull(free, rows, omega_of(free), reach.port.is_cut)
     ends, normal = kept(

@@ -7,7 +7,7 @@ read. A mass, a spring, a dashpot or a cut is fitted at each place, all other un
 import dataclasses
 from collections import Counter
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -17,6 +17,7 @@ from ...experiment.experiment import Experiment
 from ...inference.engines.least_squares import NormalEquations
 from ...inference.engines.levenberg_marquardt import Objective, best_fit, minimise
 from ...inference.residuals import Problem, fields_of, point_in_problem
+from ._at_port import Point
 from ._effect_as_law import EffectAsLaw
 from ._free_law import Points
 from ._named_laws import NamedLaw
@@ -78,7 +79,7 @@ def ports_of_effects(experiment: Experiment) -> list[Port]:
 
 
 def reached_modes(
-    problem: Problem, point: Any, ports: Sequence[Port], tick: Callable[[], None]
+    problem: Problem, point: Point, ports: Sequence[Port], tick: Callable[[], None]
 ) -> tuple[list[ReachOfEffect], list[NamedLaw]]:
     """What effects at every kind of port can do, and the best of each.
 
@@ -93,7 +94,7 @@ def reached_modes(
     return reached, named
 
 
-def _reach_of_effect(base: Problem, point: Any, port: Port) -> ReachOfEffect:
+def _reach_of_effect(base: Problem, point: Point, port: Port) -> ReachOfEffect:
     problem = base.with_effect(port.effect)
     columns = place_columns(port, problem)
     places = grid(port, len(columns))

@@ -8,7 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.special import ndtri
 
-from ...effects.effect import GlobalChange, Modulus
+from ..._shared.dimensions import Spectrum
+from ...effects.effect import Effect, GlobalChange, Modulus
+from ...effects.library import kind_of
 from ...effects.on_rotation import bending_scale
 from ...effects.registry import attached, inserted, modulus, over, strut
 from ...effects.scales import Scales
@@ -121,19 +123,19 @@ class Port(NamedTuple):
         effect = self.effect_in(experiment)
         return str(effect.setting(experiment.structure.modes, experiment.instruments))
 
-    def rows(self, free: FreeLaw | LawByModes, omega: Any) -> NetworkRows:
+    def rows(self, free: FreeLaw | LawByModes, omega: Spectrum) -> NetworkRows:
         """Networks that may act there, about the size of what the port feels."""
         size = 1 / free.size() if self.is_cut else free.size()
         size = float(f"{size:.3g}")  # the same prior in every state, whatever is rounded
         return NetworkRows(self.trees(), size, float(np.sqrt(omega[0] * omega[-1])))
 
-    def with_law(self, law: Law, name: str) -> Any:
+    def with_law(self, law: Law, name: str) -> Effect:
         """Return the effect with a law and a name."""
         return dataclasses.replace(self.effect, law=law, name=name)
 
     def name(self) -> str:
         """Name of an effect on it."""
-        return type(self.effect).name  # type: ignore[no-any-return]
+        return kind_of(self.effect)
 
     def trees(self) -> Sequence[Tree]:
         """Networks that may act there, one of each class; a mass moves against the ground."""
@@ -153,8 +155,7 @@ def ports_of(experiment: Experiment) -> list[Port]:
         for at, direction in scales.places_and_directions()
     ]
     ports += [Port("relative", effect) for effect in _struts(scales, law)]
-    line: Any = scales.nominal_modes
-    if not is_line(line):
+    if not is_line(scales.nominal_modes):
         return ports
     (at,) = scales.places()
     if bending_scale(scales) is not None:
@@ -202,7 +203,7 @@ def _is_applied(experiment: Experiment) -> bool:
     return not changes_size and not needs_other_lines(experiment)
 
 
-def _struts(scales: Scales, law: Law) -> list[Any]:
+def _struts(scales: Scales, law: Law) -> list[Effect]:
     places = scales.places()
     if len(places) > MOST_PIECES:
         return []
@@ -229,7 +230,7 @@ def grid(port: Port, count: int) -> np.ndarray:
     return ndtri(shares)
 
 
-def _are_alike(one: Any, other: Any) -> bool:
+def _are_alike(one: object, other: object) -> bool:
     return one is other or repr(one) == repr(other)
 
 

@@ -3,21 +3,19 @@
 A resonance without damping is as narrow as a line; a descent from beside it does not find it.
 """
 
-from typing import Any
-
 import numpy as np
+from jaxtyping import Float
 
 from ...laws.rational import rational
 from ...laws.rows import ELEMENTS_OF_ROW, LOGARITHM, NetworkRows
-from ._asked import LARGEST, NETWORK, OF_ROW, PLACE, LawsAsked
+from ._asked import LARGEST, NETWORK, OF_ROW, PLACE, LawsAsked, Networks
 from ._free_law import over
 
 
-def rational_starts(objective: LawsAsked, which: Any, places: int) -> np.ndarray:
-    """Rows [place, network, coordinate]; NaN where a network cannot be read off.
-
-    `which` are numbers of the networks.
-    """
+def rational_starts(
+    objective: LawsAsked, which: Networks, places: int
+) -> Float[np.ndarray, "place network coordinate"]:
+    """Rows of laws, `which` are numbers of their networks; NaN where one cannot be read off."""
     found = np.full((places, len(which), OF_ROW), np.nan)
     if not isinstance(objective.rows, NetworkRows):
         return found

@@ -73,9 +73,7 @@ def scanned(
             costs = scan.costs(of_port)
             best = np.argsort(costs)[:BEST]
             found[number] = Scanned(
-                each.coordinates()[best],
-                2 * costs[best] * problem.count / whole.count,
-                len(costs),
+                each.coordinates()[best], 2 * costs[best] * problem.count / whole.count, len(costs)
             )
     return found
 
@@ -94,7 +92,7 @@ class _Placed:
             for each in self._unknowns
         ]
 
-    def of_effect(self) -> dict[str, Any]:
+    def of_effect(self) -> dict[str, Float[np.ndarray, "place"]]:
         """Values of the unknowns of its place, by their names in the effect."""
         return {
             f"{each.field}.{each.component}": value
@@ -115,7 +113,7 @@ def _nodes(port: Port, whole: Problem) -> Nodes | None:
 
     None too where a law comes in otherwise than by the modes alone.
     """
-    ends: list[Any] = [getattr(port.effect, field) for field in port.effect.place_fields]
+    ends: list[object] = [getattr(port.effect, field) for field in port.effect.place_fields]
     count = sum(len(_free_axes(end)) for end in ends)
     is_small = count == 0 or len(grid(port, count)) * whole.count < MOST_NUMBERS
     if is_small or port.is_cut or not _is_plain(whole):
@@ -138,7 +136,7 @@ def _is_plain(problem: Problem) -> bool:
     return is_alone and is_exact and is_meshed and tells_phase(problem)
 
 
-def _free_axes(place: Any) -> list[str]:
+def _free_axes(place: object) -> list[str]:
     """Coordinates of a box that are unknown; none of another place."""
     return (
         [name for name in "xyz" if is_unknown(getattr(place, name))]

@@ -1,14 +1,20 @@
 """Slopes of complex residuals, of which most are zero: a sensor moves its own channels alone."""
 
 import functools
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Inexact, Int
 
 from ...inference.engines._column_groups import ColumnGroups
 from ...inference.residuals import Problem
+
+Curvatures = Float[np.ndarray, "point unknown unknown"]
+SomeLines: TypeAlias = slice | Int[np.ndarray, "line"]
+Channels = Inexact[np.ndarray, "point channel frequency"]
+"""A complex number at each line of each channel; of amplitudes a real one."""
 
 Along: TypeAlias = Inexact[np.ndarray, "point group channel frequency"]
 """Slopes along unknowns that are changed together."""
@@ -26,14 +32,14 @@ class Sparsity:
     changes: Bool[np.ndarray, "unknown channel frequency part"]
 
     @classmethod
-    def of(cls, problem: Problem, held: Any = ()) -> "Sparsity":
+    def of(cls, problem: Problem, held: Sequence[int] = ()) -> "Sparsity":
         """Read it of a problem, some of whose unknowns are held."""
         groups = problem.squares.column_groups
         changes = np.moveaxis(by_line(groups.changes, problem), -2, -1).copy()
         changes[list(held)] = False
         return cls(groups.group, changes)
 
-    def at_lines(self, lines: Any) -> "Sparsity":
+    def at_lines(self, lines: SomeLines) -> "Sparsity":
         """Return the same at some lines."""
         return Sparsity(self.group, self.changes[:, :, lines])
 
@@ -56,20 +62,16 @@ class Slopes:
     along: Along
     sparsity: Sparsity
 
-    def at_lines(self, lines: Any, weight: float) -> "Slopes":
+    def at_lines(self, lines: SomeLines, weight: float) -> "Slopes":
         """Return those at some lines, each of a weight."""
         return Slopes(weight * self.along[..., lines], self.sparsity.at_lines(lines))
 
-    def products(
-        self, residual: Inexact[np.ndarray, "point channel frequency"]
-    ) -> tuple[Float[np.ndarray, "point unknown"], Float[np.ndarray, "point unknown unknown"]]:
+    def products(self, residual: Channels) -> tuple[Float[np.ndarray, "point unknown"], Curvatures]:
         """Products with residuals, and with each other."""
         squares, pulls = self.sparsity.columns.products(_numbers(self.along, 2), _numbers(residual))
         return pulls, squares
 
-    def crossed(
-        self, slope: Inexact[np.ndarray, "point channel frequency"]
-    ) -> Complex[np.ndarray, "point unknown frequency"]:
+    def crossed(self, slope: Channels) -> Complex[np.ndarray, "point unknown frequency"]:
         """Sum over channels of their products with another slope, line by line.
 
         That of a law, which changes nothing in an earlier state.
@@ -94,6 +96,12 @@ def by_line(values: np.ndarray, problem: Problem) -> np.ndarray:
     if missing:
         values = np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, missing)])
     return values.reshape(*values.shape[:-1], -1, count, lines)
+
+
+def measured_by_line(problem: Problem) -> Int[np.ndarray, "line"]:
+    """Return how many numbers were measured at each line."""
+    measured = np.asarray(problem.data.measured)
+    return measured.reshape(-1, measured.shape[-1]).sum(axis=0)
 
 
 def _numbers(values: np.ndarray, axes: int = 1) -> Float[np.ndarray, "*point number"]:

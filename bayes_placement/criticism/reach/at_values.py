@@ -1,19 +1,21 @@
 """What any law could remove beside a model whose unknowns have given values: nothing is fitted."""
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
 
+from ..._shared.dimensions import Spectrum
 from ..._shared.errors import InputError
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.variants import with_lines
 from ...inference.residuals import Problem, point_in_problem
 from ..values import point_of
 from ._at_port import MOST_LINES, ends_in_metres, where
-from ._free_law import Points, tells_phase
+from ._free_law import Points, squares_by_line, tells_phase
 from ._ports import Port, can_be_reached, grid, place_columns, ports_of
+from ._slopes import measured_by_line
 
 
 class LeftByLine(NamedTuple):
@@ -48,7 +50,7 @@ class ReachAtValues:
         self._ports = [_PlacesOfPort(port, self.problem) for port in ports]
 
     @property
-    def frequency(self) -> Any:
+    def frequency(self) -> Spectrum:
         """Lines that are looked at [Hz]: they are no more than are needed to compare places."""
         return np.asarray(self.problem.experiment.frequency, dtype=float)
 
@@ -61,8 +63,9 @@ class ReachAtValues:
         """Return what is left at these lines and places, with values of the unknowns."""
         point = point_of(self.problem, values)
         read = [port.free.at(port.points_at(point)) for port in self._ports]
-        left = np.concatenate([_squares(at.left(at.best())) for at in read])
-        return LeftByLine(_squares(read[0].free[:1])[0], left, _measured(self.problem))
+        left = np.concatenate([squares_by_line(at.left(at.best())) for at in read])
+        given, measured = squares_by_line(read[0].free[:1])[0], measured_by_line(self.problem)
+        return LeftByLine(given, left, measured)
 
 
 class _PlacesOfPort:
@@ -76,22 +79,9 @@ class _PlacesOfPort:
         table = where(port, problem, self.points_at(np.zeros(base.dimension)))
         self.places = [ends_in_metres(row) for _, row in table.iterrows()]
 
-    def points_at(self, point: Any) -> Points:
+    def points_at(self, point: Float[np.ndarray, "coordinate"]) -> Points:
         """A point of the problem without the port, at each place."""
         start = point_in_problem(self._base, point, self.free.problem)
         points = np.repeat(start[None], len(self._grid), axis=0)
         points[:, self._columns] = self._grid
         return points
-
-
-def _measured(problem: Problem) -> Int[np.ndarray, "line"]:
-    """Return how many numbers were measured at each line."""
-    measured = np.asarray(problem.data.measured)
-    count: np.ndarray = measured.reshape(-1, measured.shape[-1]).sum(axis=0)
-    return count
-
-
-def _squares(residual: Any) -> Float[np.ndarray, "point line"]:
-    """Return the sums of squares over the channels at each line."""
-    squares: np.ndarray = np.sum(np.abs(residual) ** 2, axis=1)
-    return squares

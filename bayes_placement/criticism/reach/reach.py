@@ -203,12 +203,12 @@ class Reach:
                 },
                 "curve": [
                     {
-                        "setting": str(place["setting"]),
-                        "place_m": ends_in_metres(place),
-                        "any_law": _number_or_none(place["any_law"]),
-                        "few_numbers": float(place["few_numbers"]),
+                        "setting": str(at["setting"]),
+                        "place_m": ends_in_metres(at),
+                        "any_law": float(at["any_law"]) if np.isfinite(at["any_law"]) else None,
+                        "few_numbers": float(at["few_numbers"]),
                     }
-                    for _, place in self.curves[self.curves["acts_on"] == acts_on].iterrows()
+                    for _, at in self.curves[self.curves["acts_on"] == acts_on].iterrows()
                 ],
             }
             for acts_on, row in self.kinds().iterrows()
@@ -230,14 +230,14 @@ class Reach:
                 f"{_subject(acts_on, row)}: {row['law'].in_words()} removes "
                 f"{row['few_numbers']:.0%} of the misfit "
                 f"({probability_in_words(row['probability'])}){_by_any_law(row)}"
-                f"{self._as_well(acts_on)}."
+                f"{self._as_well(str(acts_on))}."
                 for acts_on, row in kinds.iterrows()
             ),
             *filter(None, [self.limits]),
         ]
         return [f"New since the baseline: {first}" if self.is_new else first, *others]
 
-    def _as_well(self, acts_on: Any) -> str:
+    def _as_well(self, acts_on: str) -> str:
         """Between which places along a line the data do not tell where it acts, in words."""
         rows = self.as_good(acts_on)
         is_along = rows["y"].isna().all() and rows["to_x"].isna().all()
@@ -268,7 +268,7 @@ class Reach:
         return notebook_html(repr(self), self.kinds(), self.words()[1:])
 
 
-def _by_any_law(row: Any) -> str:
+def _by_any_law(row: Mapping[str, float] | pd.Series) -> str:
     """What any law could remove, in words; nothing of amplitudes."""
     return f", any law up to {row['any_law']:.0%}" if np.isfinite(row["any_law"]) else ""
 
@@ -352,7 +352,7 @@ def _curve(reached: Reached, squares: float) -> pd.DataFrame:
     return places.assign(any_law=by_any, few_numbers=by_few, log_evidence=evidence)
 
 
-def _law(law: NamedLaw, reached: Reached, squares: float) -> dict[str, Any]:
+def _law(law: NamedLaw, reached: Reached, squares: float) -> dict[str, object]:
     """Row of a law that was fitted in full."""
     place = where(law.port, reached.problem, law.point[None]).iloc[0].to_dict()
     return {str(name): value for name, value in place.items()} | {
@@ -362,23 +362,19 @@ def _law(law: NamedLaw, reached: Reached, squares: float) -> dict[str, Any]:
     }
 
 
-def _share(left: Any, squares: float, problem: Problem) -> Any:
+def _share(left: float | np.ndarray, squares: float, problem: Problem) -> float | np.ndarray:
     """Share of the misfit above noise that is removed; zero where there is none."""
     above = squares - problem.count
     return np.clip((squares - left) / above, 0.0, 1.0) if above > 0 else 0.0 * left
 
 
-def _number_or_none(value: Any) -> float | None:
-    return float(value) if np.isfinite(value) else None
-
-
-def _subject(acts_on: Any, row: Any) -> str:
+def _subject(acts_on: object, row: pd.Series) -> str:
     """Kind of port and place of a row in words, or its channels."""
     is_nowhere = acts_on in NOWHERE
     return row["setting"].replace("sensor", "channel", 1) if is_nowhere else f"{acts_on}{_at(row)}"
 
 
-def _at(row: Any) -> str:
+def _at(row: pd.Series) -> str:
     """Place of a row in words."""
     ends = [[row[name] for name in PLACES[:3]], [row[name] for name in PLACES[3:]]]
     texts = [
