@@ -1,13 +1,14 @@
 """Positions to try for a transducer, and the experiment with a transducer at one of them."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Hashable, Mapping, Sequence
+from typing import Any, NamedTuple, TypeAlias
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jax.typing import ArrayLike
+from jaxtyping import Array, Float
 
 from .._shared.arguments import check_annotated
 from .._shared.compiled import compiled
@@ -16,12 +17,18 @@ from .._shared.sites import unknowns
 from ..experiment.experiment import Experiment
 from ..experiment.transducers import Transducer
 from ..modes.finite_elements.outline import outline
+from ..modes.modes import Modes
 from ..positions.at import RecordedPosition
 from ..positions.bounds import in_space
+from ..positions.places import Position
 from ..positions.tolerances import Tolerance
-from ..positions.vectors import PointsInSpace, Vector, triple
+from ..positions.vectors import PointsInSpace, Recorded, Vector, triple
 
-Tree = Any
+Recordings: TypeAlias = dict[str, float | Float[np.ndarray, "3"]]
+"""Recorded position [m] of each transducer that is placed, by name."""
+
+Stack: TypeAlias = tuple[Position, dict[str, ArrayLike]]
+"""Positions and nominal values of candidates of one form, each number an array of them."""
 
 
 class Candidates(NamedTuple):
@@ -31,7 +38,7 @@ class Candidates(NamedTuple):
     """Its name."""
     recorded: np.ndarray
     """Recorded positions [m], [candidate] or [candidate, 3]."""
-    positions: list[Tree]
+    positions: list[Position]
     """Its position at each of them: numbers and distributions."""
     nominal: list[dict[str, float | int]]
     """Nominal value of its unknown coordinates, by name, at each of them."""
@@ -42,7 +49,7 @@ class Candidates(NamedTuple):
 
     def forms(self) -> np.ndarray:
         """Number of the form of each candidate; those of one form differ only in values."""
-        numbers: dict[Any, int] = {}
+        numbers: dict[Hashable, int] = {}
         return np.array(
             [numbers.setdefault(_form(position), len(numbers)) for position in self.positions]
         )
@@ -63,8 +70,8 @@ class Candidates(NamedTuple):
             self.nominal + other.nominal,
         )
 
-    def stacked(self, numbers: np.ndarray) -> tuple[Tree, dict[str, np.ndarray]]:
-        """Positions and nominal values of candidates of one form, each number an array of them."""
+    def stacked(self, numbers: np.ndarray) -> Stack:
+        """Return candidates of one form as arrays of their numbers."""
         chosen = self.subset(numbers)
         positions = jax.tree.map(lambda *leaves: np.stack(leaves), *chosen.positions)
         names = chosen.nominal[0]
@@ -89,7 +96,7 @@ def _candidates(experiment: Experiment, name: str, choices: Any) -> Candidates:
             f'try is needed: {{"{name}": [0.25, 0.5]}}. search=design.Evolutionary() searches all '
             "of a region."
         )
-    check_annotated(f"places of {name}", choices, Sequence[Any])
+    check_annotated(f"places of {name}", choices, Sequence[object])
     modes = experiment.structure.modes
     placements = [stated.placement_at(_place(at), modes) for at in choices]
     if not placements:
@@ -127,12 +134,12 @@ def _as_candidates(
     return Candidates(name, recorded, [at.position for at in placements], nominal)
 
 
-def _form(position: Tree) -> Any:
+def _form(position: Position) -> Hashable:
     shapes = tuple(np.shape(leaf) for leaf in jax.tree.leaves(position))
     return jax.tree.structure(position), shapes
 
 
-def _place(at: Any) -> Any:
+def _place(at: Any) -> Tolerance | Recorded:
     if isinstance(at, Tolerance):
         return at
     check_annotated("a place to try", at, float | Vector)
@@ -159,7 +166,7 @@ def _side(experiment: Experiment, name: str) -> str:
     return "sensor" if name in experiment.sensor else "actuator"
 
 
-def placed(experiment: Experiment, positions: Mapping[str, Tree]) -> Experiment:
+def placed(experiment: Experiment, positions: Mapping[str, Position | None]) -> Experiment:
     """Return the experiment with some transducers at other positions, by name."""
     return with_transducers(
         experiment,
@@ -189,7 +196,7 @@ UNMOVED = 1e-9
 """Share of the greatest mode shape below which a point does not move."""
 
 
-def positions_on(experiment: Experiment, count: int) -> list[Any]:
+def positions_on(experiment: Experiment, count: int) -> list[Recorded]:
     """Positions all over a structure [m]: evenly along a line, nodes far apart in space."""
     modes = experiment.structure.modes
     bounds = modes.bounds()
@@ -200,7 +207,7 @@ def positions_on(experiment: Experiment, count: int) -> list[Any]:
     nodes = np.unique(points[~np.isnan(points).any(axis=1)], axis=0)
     motion = _greatest_motion(experiment, nodes)
     moving = nodes[motion > UNMOVED * motion.max()]  # at the others nothing can be measured
-    return [tuple(map(float, at)) for at in far_apart(moving, count)]
+    return [triple(at) for at in far_apart(moving, count)]
 
 
 def _greatest_motion(experiment: Experiment, points: PointsInSpace) -> Float[np.ndarray, "point"]:
@@ -208,9 +215,9 @@ def _greatest_motion(experiment: Experiment, points: PointsInSpace) -> Float[np.
     return np.asarray(compiled(_greatest_of_modes)(experiment.nominal().structure.modes, points))
 
 
-def _greatest_of_modes(modes: Any, points: Any) -> Any:
+def _greatest_of_modes(modes: Modes, points: Float[Array, "point 3"]) -> Float[Array, "point"]:
     solved = modes.solved()
-    return jax.lax.map(lambda at: jnp.abs(solved.shapes(at)).max(), jnp.asarray(points))
+    return jax.lax.map(lambda at: jnp.abs(solved.shapes(at)).max(), points)
 
 
 def far_apart(points: PointsInSpace, count: int) -> Float[np.ndarray, "chosen 3"]:
@@ -224,7 +231,7 @@ def far_apart(points: PointsInSpace, count: int) -> Float[np.ndarray, "chosen 3"
     return points[chosen]
 
 
-def can_be_at(experiment: Experiment, transducer: Transducer, at: Any) -> bool:
+def can_be_at(experiment: Experiment, transducer: Transducer, at: Recorded | Tolerance) -> bool:
     try:
         transducer.placement_at(at, experiment.structure.modes)
     except InputError:

@@ -2,17 +2,17 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pandas as pd
-from jaxtyping import Float
+from jaxtyping import Array, Float
 
 from .._shared.arguments import arguments_checked
 from .._shared.compiled import compiled
+from .._shared.dimensions import Shapes
 from .._shared.errors import InputError
 from .._shared.reprs import notebook_html
 from ..experiment.experiment import Experiment
@@ -20,7 +20,7 @@ from ..experiment.transducers import Transducer
 from ..modes.modes import Modes, frequencies_of
 from ..positions.bounds import position_text
 from ..positions.places import Cartesian
-from ._candidates import Candidates, candidates
+from ._candidates import Candidates, Recordings, candidates
 
 Rows = Float[np.ndarray, "place channel mode"]
 
@@ -50,13 +50,13 @@ class EffectiveIndependence:
     0.5
     """
 
-    positions: dict[str, Any]
+    positions: Recordings
     table: pd.DataFrame
     log_determinant: np.ndarray
     modes: tuple[int, ...]
 
     @property
-    def places(self) -> dict[str, list[Any]]:
+    def places(self) -> dict[str, list[float | Float[np.ndarray, "3"]]]:
         """Each place as the only candidate, so that `place` estimates its information gain."""
         return {name: [at] for name, at in self.positions.items()}
 
@@ -80,7 +80,7 @@ class EffectiveIndependence:
 @arguments_checked
 def effective_independence(
     experiment: Experiment,
-    places: Mapping[str, Sequence[Any] | np.ndarray],
+    places: Mapping[str, Sequence[object] | np.ndarray],
     *,
     modes: Sequence[int] | None = None,
 ) -> EffectiveIndependence:
@@ -148,7 +148,7 @@ def effective_independence(
     )
 
 
-def coordinates(at: Any) -> dict[str, float]:
+def coordinates(at: float | Float[np.ndarray, "3"]) -> dict[str, float]:
     """Columns of a place: one, or three."""
     names = ["place"] if np.ndim(at) == 0 else list("xyz")
     return dict(zip(names, np.ravel(at).tolist(), strict=True))
@@ -198,8 +198,10 @@ def _shapes_read(sensor: Transducer, places: np.ndarray, modes: Modes) -> Rows:
 
 
 @compiled
-def _shapes_at(sensor: Transducer, modes: Modes, places: Any) -> Any:
-    def shapes(at: Any) -> Any:
+def _shapes_at(
+    sensor: Transducer, modes: Modes, places: Float[Array, "place *coordinate"]
+) -> Float[Array, "place channel mode"]:
+    def shapes(at: Float[Array, "*coordinate"]) -> Shapes:
         position = at if at.ndim == 0 else Cartesian(*at)
         return eqx.tree_at(lambda tree: tree.position, sensor, position).shapes(modes)
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -234,7 +234,7 @@ def rivals(learnt: xr.Dataset) -> xr.DataArray:
 
 
 def _labelled(
-    moved: Sequence[Candidates], gain: np.ndarray, settings: dict[str, Any]
+    moved: Sequence[Candidates], gain: np.ndarray, settings: Mapping[str, int | float | str]
 ) -> xr.Dataset:
     names = [transducer.name for transducer in moved]
     words = {"units": "nat", "long_name": "information gain"}
@@ -252,7 +252,7 @@ def _labelled(
     return learnt
 
 
-def _coordinates(moved: Candidates) -> dict[str, Any]:
+def _coordinates(moved: Candidates) -> dict[str, tuple[str, np.ndarray, dict[str, str]]]:
     """Recorded positions along the dimension of a transducer: one coordinate, or three."""
     if moved.recorded.ndim == 1:
         words = {"units": "m", "long_name": f"position of {moved.name}"}

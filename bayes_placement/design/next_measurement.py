@@ -3,7 +3,6 @@
 import time
 import warnings
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -33,7 +32,7 @@ SECONDS = 6.0
 
 def next_measurement(
     experiment: Experiment, measurement: Measurements, alternatives: Sequence[Alternative]
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Return where one more measurement with the first sensor moved decides most.
 
     That is where the explanations that are left are told apart best (`Separation`). All other
@@ -57,7 +56,7 @@ def next_measurement(
     return _in_words(best, sensor, alternatives)
 
 
-def _only(sentence: str) -> dict[str, Any]:
+def _only(sentence: str) -> dict[str, object]:
     """A sentence in the place of a search."""
     return {"sentence": sentence, "columns": [], "rows": [], "caption": ""}
 
@@ -82,7 +81,7 @@ def _search(experiment: Experiment, sensor: str, estimator: Estimator) -> pd.Dat
 
 def _in_words(
     table: pd.DataFrame, sensor: Sensor, alternatives: Sequence[Alternative]
-) -> dict[str, Any]:
+) -> dict[str, object]:
     axes = position_columns(sensor.name, sensor.recorded)
     best = table.iloc[0]
     where = position_text(np.round(best[axes].to_numpy(float).squeeze(), 4))

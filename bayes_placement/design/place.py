@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,6 +15,7 @@ from .._shared.reprs import notebook_html
 from ..experiment.experiment import Experiment
 from ..positions.bounds import position_text
 from ..positions.vectors import Recorded
+from ._candidates import Recordings
 from .information.estimator import Estimator, jackknife_error
 from .maps import SIGNIFICANT, difference_of, ranked
 from .running.evaluation import MOST_LINES, Evaluation, words_on_lines
@@ -64,7 +64,7 @@ class Placement:
     (0.2, 2)
     """
 
-    positions: dict[str, Any]
+    positions: Recordings
     omitted: tuple[str, ...]
     information_gain: float
     information_gain_se: float
@@ -236,7 +236,7 @@ def _lead_over_second(trials: Trials, net: np.ndarray, order: np.ndarray) -> tup
     return np.inf, np.nan
 
 
-def _row(positions: Mapping[str, Any]) -> dict[str, float]:
+def _row(positions: Recordings) -> dict[str, float]:
     """Coordinates of each transducer."""
     row: dict[str, float] = {}
     for name, at in positions.items():
@@ -244,6 +244,6 @@ def _row(positions: Mapping[str, Any]) -> dict[str, float]:
     return row
 
 
-def position_columns(name: str, at: Any) -> list[str]:
+def position_columns(name: str, at: Recorded | np.ndarray) -> list[str]:
     """Columns with the position of a transducer, in a table of placements."""
     return [name] if np.ndim(at) == 0 else [f"{name}.{axis}" for axis in "xyz"]

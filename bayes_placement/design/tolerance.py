@@ -1,6 +1,6 @@
 """Information gained by a smaller tolerance of the positions, such as by a drilling jig."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,6 +13,7 @@ from .._shared.errors import InputError
 from .._shared.progress import Progress, shown
 from .._shared.reprs import notebook_html
 from ..experiment.experiment import Experiment
+from ..positions.vectors import Recorded, triple
 from ._candidates import transducer, with_transducers
 from .maps import SIGNIFICANT, difference, information_map, lead
 from .running.evaluation import part_of_progress
@@ -56,11 +57,11 @@ class ToleranceStudy:
 
     def __str__(self) -> str:
         """State for each tolerance the best positions and the improvement."""
-        rows: Any = self.table.reset_index().to_dict("records")
+        rows = self.table.reset_index().to_dict("records")
         first = rows[0][FACTOR]
         return "\n".join(self._in_words(row, first) for row in rows)
 
-    def _in_words(self, row: dict[str, Any], first: float) -> str:
+    def _in_words(self, row: dict[Hashable, Any], first: float) -> str:
         names = [str(name) for name in self.maps["information_gain"].dims if name != FACTOR]
         where = ", ".join(f"{name} at {row[name]} m" for name in names)
         words = (
@@ -78,7 +79,7 @@ class ToleranceStudy:
 @arguments_checked
 def tolerance_study(
     experiment: Experiment,
-    places: Mapping[str, Sequence[Any] | np.ndarray],
+    places: Mapping[str, Sequence[object] | np.ndarray],
     *,
     factors: Sequence[float] = FACTORS,
     progress: Progress | None = None,
@@ -156,7 +157,7 @@ def _table(maps: list[xr.Dataset], factors: Sequence[float]) -> pd.DataFrame:
     rows = []
     for factor, learnt in zip(factors, maps, strict=True):
         best, at_home = learnt.isel(lead(learnt).best), learnt.isel(home)
-        row = {FACTOR: factor}
+        row: dict[str, Recorded] = {FACTOR: factor}
         row |= {str(name): _position(best, str(name)) for name in learnt["information_gain"].dims}
         row |= {name: float(best[name]) for name in ("information_gain", "information_gain_se")}
         row["improvement"], row["improvement_se"] = difference(best, first)
@@ -165,8 +166,8 @@ def _table(maps: list[xr.Dataset], factors: Sequence[float]) -> pd.DataFrame:
     return pd.DataFrame(rows).set_index(FACTOR)
 
 
-def _position(cell: xr.Dataset, name: str) -> Any:
+def _position(cell: xr.Dataset, name: str) -> Recorded:
     """Recorded position [m], three numbers in space."""
     if name in cell.coords:
         return float(cell[name])
-    return tuple(float(cell[f"{name}.{axis}"]) for axis in "xyz")
+    return triple([cell[f"{name}.{axis}"] for axis in "xyz"])

@@ -6,7 +6,6 @@ the placement are the last axis.
 
 import functools
 import operator
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -63,7 +62,7 @@ def _sums_and_squares(
     """Sums of values and of their squares over the steps."""
     zero = jnp.zeros((), lanes.dtype)
 
-    def add(first: Any, second: Any) -> Any:
+    def add(first: tuple[Array, Array], second: tuple[Array, Array]) -> tuple[Array, Array]:
         return first[0] + second[0], first[1] + second[1]
 
     return tuple(jax.lax.reduce((lanes, lanes**2), (zero, zero), add, (lanes.ndim - 2,)))

@@ -2,11 +2,13 @@
 
 from collections import OrderedDict
 from collections.abc import Sequence
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import jax.numpy as jnp
 import numpy as np
 from jax.scipy.special import ndtr
+from jaxtyping import Array
+from numpyro.distributions import Distribution
 
 from ..._shared.errors import InputError
 from ..._shared.sites import Role, Unknown
@@ -18,7 +20,7 @@ from . import _sampling
 class IndependentPriors(NamedTuple):
     """Distributions of independent unknowns, by name."""
 
-    distributions: dict[str, Any]
+    distributions: dict[str, Distribution]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -30,7 +32,7 @@ class IndependentPriors(NamedTuple):
         """Number of scores of a point."""
         return _sampling.dimension(self.distributions)
 
-    def values(self, scores: Any) -> dict[str, Any]:
+    def values(self, scores: _sampling.Scores) -> dict[str, Array]:
         """Values by name at scores [..., score]."""
         return _sampling.values(self.distributions, scores)
 
@@ -50,7 +52,7 @@ class PosteriorDraws(NamedTuple):
         """One: the score of a draw is its number."""
         return 1
 
-    def values(self, scores: Any) -> dict[str, Any]:
+    def values(self, scores: _sampling.Scores) -> dict[str, Array]:
         """Values by name at scores [..., 1]."""
         count = len(next(iter(self.draws.values())))
         number = jnp.floor(ndtr(jnp.asarray(scores)[..., 0]) * count).astype(int)

@@ -3,10 +3,13 @@
 The spread between replicates gives the error of an estimate from the points.
 """
 
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import TypeAlias
 
 import jax
 import numpy as np
+from jaxtyping import Array, Float
+from numpyro.distributions import Distribution
 from scipy.special import ndtri
 
 from ..._shared.errors import InputError
@@ -14,6 +17,8 @@ from ...inference.coordinates import Coordinates
 
 SAMPLINGS = ("sobol", "plain")
 """Scrambled Sobol points, or independent draws as in the paper."""
+
+Scores: TypeAlias = Float[Array | np.ndarray, "*point unknown"]
 
 _EDGE = 1e-12  # nearest probability to 0 and 1
 
@@ -51,15 +56,15 @@ def _sobol(count: int, dimension: int, random: np.random.Generator) -> np.ndarra
     return np.hstack([normal, random.standard_normal((count, dimension - sobol))])
 
 
-def values(distributions: dict[str, Any], normal: Any) -> dict[str, Any]:
+def values(distributions: Mapping[str, Distribution], normal: Scores) -> dict[str, Array]:
     """Values by name at scores [..., unknown]; the distributions may be traced."""
-    function: Any = Coordinates(distributions).values
+    function: Callable[..., dict[str, Array]] = Coordinates(distributions).values
     for _ in range(normal.ndim - 1):
         function = jax.vmap(function)
     return function(normal)
 
 
-def dimension(distributions: dict[str, Any]) -> int:
+def dimension(distributions: Mapping[str, Distribution]) -> int:
     """Number of scores that the distributions take."""
     return Coordinates(distributions).dimension
 

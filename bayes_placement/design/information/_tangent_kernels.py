@@ -5,7 +5,7 @@ outputs blur it; kernels in the space of the unknowns, carried along tangents, d
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -30,7 +30,9 @@ class TangentKernels(NamedTuple):
     slopes: Float[Array, "kernel output coordinate"]
 
     @classmethod
-    def of(cls, respond: Callable[[Array], Array], draws: Float[Array, "kernel coordinate"]) -> Any:
+    def of(
+        cls, respond: Callable[[Array], Array], draws: Float[Array, "kernel coordinate"]
+    ) -> "TangentKernels":
         """Kernels about draws, which are shrunk so that their covariance stays one."""
         count, dimension = draws.shape
         width = min(1.0, silverman_width(count, dimension))

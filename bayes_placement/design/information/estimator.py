@@ -3,14 +3,16 @@
 import abc
 import dataclasses
 from collections.abc import Callable, Collection, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.scipy.special import logsumexp
+from jax.typing import ArrayLike
 from jaxtyping import Array, Bool, Float
+from numpyro.distributions import Distribution
 
 from ..._shared.arguments import check_count, check_fields
 from ..._shared.errors import InfeasibleError
@@ -44,7 +46,10 @@ class Gain(NamedTuple):
     common to all placements, that of a difference between two of them."""
 
 
-Plan = Callable[[Experiment, dict[str, Any]], Gain]
+Values: TypeAlias = dict[str, ArrayLike]
+"""Value of each unknown, by name."""
+
+Plan = Callable[[Experiment, Values], Gain]
 """From an experiment whose numbers may be traced, and the nominal value of each unknown.
 
 One that is a tree (`equinox.Module`), whose random points are arrays in it, is compiled once for
@@ -88,7 +93,7 @@ class Estimator(eqx.Module):
     def typical(self) -> dict[str, np.ndarray]:
         """Nominal values that are known better than by the prior, by name."""
 
-    def settings(self) -> dict[str, Any]:
+    def settings(self) -> dict[str, int | float | str]:
         """Name, sizes and options of the estimator."""
         fields = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
         plain = {
@@ -120,7 +125,9 @@ class GainAboutParameters(Estimator):
         return posterior_means(self.after)
 
 
-def placement_distributions(experiment: Experiment, known: Collection[str] = ()) -> dict[str, Any]:
+def placement_distributions(
+    experiment: Experiment, known: Collection[str] = ()
+) -> dict[str, Distribution]:
     """Distribution of what is no parameter and not known, by name.
 
     That is each coordinate and angle of the placement, and the model error.

@@ -1,7 +1,6 @@
 """The information gain of the nominal response, the placement integrated by quadrature."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import equinox as eqx
 import jax
@@ -18,6 +17,7 @@ from .estimator import (
     Gain,
     GainAboutParameters,
     Plan,
+    Values,
     divergence,
     known_noise,
     placement_distributions,
@@ -80,16 +80,16 @@ class _Exact(eqx.Module):
 
     nodes: int = eqx.field(static=True)
     shape: tuple[int, int] = eqx.field(static=True)
-    parameters: dict[str, Any]
+    parameters: dict[str, Array]
 
-    def __call__(self, at: Experiment, nominal: dict[str, Any]) -> Gain:
+    def __call__(self, at: Experiment, nominal: Values) -> Gain:
         """Information gain of an experiment."""
         z = at.fix(nominal).predict()
         data = Data(z, np.ones(z.shape, dtype=bool))
         placed = placement_distributions(at, self.parameters)
         integrated = NestedQuadrature(data, nested_nodes(at, placed, self.nodes))
 
-        def likelihood(values: dict[str, Any]) -> Float[Array, ""]:
+        def likelihood(values: dict[str, Array]) -> Float[Array, ""]:
             return integrated.log_likelihood(at.fix(values))
 
         flat = {n: jnp.reshape(v, (-1, *v.shape[2:])) for n, v in self.parameters.items()}

@@ -1,7 +1,7 @@
 """The expected information gain, averaged over data that the prior predicts."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -17,6 +17,7 @@ from .estimator import (
     Gain,
     GainAboutParameters,
     Plan,
+    Values,
     known_noise,
     mean_over_replicates,
     output_deviation,
@@ -104,13 +105,13 @@ class _ExpectedGain(eqx.Module):
     parameters: Array
     placements: Array
 
-    def __call__(self, at: Experiment, nominal: dict[str, Any]) -> Gain:
+    def __call__(self, at: Experiment, nominal: Values) -> Gain:
         """Information gain of an experiment."""
         known = self.data_knowledge.names
         positions = IndependentPriors(placement_distributions(at, known))
         size = self.data_knowledge.dimension
 
-        def replicate(inputs: Any) -> Float[Array, ""]:
+        def replicate(inputs: tuple[Array, Array, Array]) -> Float[Array, ""]:
             data, parameters, placements = inputs
             truth = _Truth(
                 self.data_knowledge.values(data[:, :size]),
@@ -127,7 +128,7 @@ class _ExpectedGain(eqx.Module):
 class _Truth(NamedTuple):
     """Origin of simulated data: parameters by name, scores of placements, errors [data, output]."""
 
-    parameters: dict[str, Any]
+    parameters: dict[str, Array]
     placements: Array
     error: Array
 
@@ -136,19 +137,19 @@ def _gain(
     experiment: Experiment,
     positions: IndependentPriors,
     truth: _Truth,
-    parameters: dict[str, Any],
+    parameters: dict[str, Array],
     placements: Array,
 ) -> Float[Array, ""]:
     """Mean over simulated data of the log of p(y | h) over p(y)."""
     deviation = output_deviation(experiment)
 
-    def respond(values: dict[str, Any], placement: Array) -> Float[Array, "output"]:
+    def respond(values: dict[str, Array], placement: Array) -> Float[Array, "output"]:
         at = experiment.fix(values | positions.values(placement))
         return at.predict().ravel() / deviation
 
     y = jax.vmap(respond)(truth.parameters, truth.placements) + truth.error
 
-    def log_density(values: dict[str, Any], data: Array) -> Float[Array, "data"]:
+    def log_density(values: dict[str, Array], data: Array) -> Float[Array, "data"]:
         """Log density of data [data, output] for one draw of the parameters."""
         kernels = TangentKernels.of(lambda placement: respond(values, placement), placements)
         return kernels.log_density(data)

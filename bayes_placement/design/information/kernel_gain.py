@@ -1,7 +1,7 @@
 """The paper's estimate of the information gain (Table 1), by kernel densities of the response."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeAlias, TypeVar
 
 import equinox as eqx
 import jax
@@ -17,7 +17,7 @@ from ...inference.marginals.kernel_density import KERNELS, Kernel, kernel
 from . import _modal_products, _sampling
 from ._kernel_density import log_density
 from ._prior_knowledge import prior_knowledge
-from .estimator import Gain, GainAboutParameters, Plan, divergence, placement_distributions
+from .estimator import Gain, GainAboutParameters, Plan, Values, divergence, placement_distributions
 
 BATCH = 25
 """Draws of the parameters whose responses are in memory at once."""
@@ -27,6 +27,12 @@ MOST_SUMMANDS = 4
 
 RANGE = 30
 """Powers of two up to which single precision needs no scale: squares of outputs do not overflow."""
+
+
+Target: TypeAlias = tuple[Float[Array, "*output"], Float[Array, "*output"], Kernel]
+"""Nominal outputs, their variance, and the kernel."""
+
+Numbers = TypeVar("Numbers", Array, np.ndarray)
 
 
 class KernelGain(GainAboutParameters):
@@ -126,7 +132,7 @@ class _KernelName(NamedTuple):
 class _Draws(NamedTuple):
     """Parameters by name [replicate, draw], and scores of the placement [replicate, draw, .]."""
 
-    parameters: dict[str, Any]
+    parameters: dict[str, Array]
     placement: np.ndarray
 
 
@@ -148,12 +154,12 @@ class _ByProducts(eqx.Module):
     kernel: _KernelName = eqx.field(static=True)
     """The kernel."""
 
-    def __call__(self, at: Experiment, nominal: dict[str, Any]) -> Gain:
+    def __call__(self, at: Experiment, nominal: Values) -> Gain:
         """Information gain of an experiment."""
         unit, target = _scaled_target(at, nominal, self.kernel)
         placed, varies = placement_distributions(at, self.known), np.array(self.varies)
 
-        def replicate(inputs: Any) -> Float[Array, "draw"]:
+        def replicate(inputs: tuple[Array, Array]) -> Float[Array, "draw"]:
             scores, varying = inputs
             positions = _sampling.values(placed, scores)
             residues = jax.vmap(
@@ -172,17 +178,17 @@ class _ByResponses(eqx.Module):
     draws: _Draws
     kernel: _KernelName = eqx.field(static=True)
 
-    def __call__(self, at: Experiment, nominal: dict[str, Any]) -> Gain:
+    def __call__(self, at: Experiment, nominal: Values) -> Gain:
         """Information gain of an experiment."""
         z = at.fix(nominal).predict()
         target = (z, _error_variance(at, z), self.kernel.of(z.size))
         placed = placement_distributions(at, self.draws.parameters)
 
-        def replicate(inputs: Any) -> Float[Array, "draw"]:
+        def replicate(inputs: tuple[Array, dict[str, Array]]) -> Float[Array, "draw"]:
             scores, parameters = inputs
             positions = _sampling.values(placed, scores)
 
-            def likelihood(values: dict[str, Any]) -> Float[Array, ""]:
+            def likelihood(values: dict[str, Array]) -> Float[Array, ""]:
                 fixed = at.fix(values)
                 z = jax.vmap(lambda place: fixed.fix(place).predict(), out_axes=-1)(positions)
                 return log_density(z, *target)
@@ -209,9 +215,7 @@ def _by_products(experiment: Experiment, draws: _Draws, kernel: _KernelName) -> 
     )
 
 
-def _scaled_target(
-    at: Experiment, nominal: dict[str, Any], kernel: _KernelName
-) -> tuple[Array, Any]:
+def _scaled_target(at: Experiment, nominal: Values, kernel: _KernelName) -> tuple[Array, Target]:
     """Scale of the FRFs, and in that unit the nominal outputs, their variance, the kernel."""
     frf = at.fix(nominal).frf()
     unit = _power_of_two(jnp.abs(frf).max())
@@ -230,17 +234,17 @@ def _error_variance(experiment: Experiment, z: Float[Array, "*output"]) -> Float
     return jnp.broadcast_to(experiment.noise.distribution(z, None).variance, z.shape)
 
 
-def _power_of_two(magnitude: Any) -> Any:
+def _power_of_two(magnitude: Numbers) -> Numbers:
     """Power of two that scales a magnitude to about 1; 1 where no scale is needed."""
     xp = jnp if isinstance(magnitude, jax.Array) else np
     exponent = xp.frexp(magnitude)[1]
     return xp.ldexp(1.0, xp.where(xp.abs(exponent) > RANGE, -exponent, 0))
 
 
-def _spectra_of_draws(experiment: Experiment, parameters: dict[str, Any]) -> Array:
+def _spectra_of_draws(experiment: Experiment, parameters: dict[str, Array]) -> Array:
     """Spectra [replicate, draw, product, frequency]."""
 
-    def spectra(values: dict[str, Any]) -> Array:
+    def spectra(values: dict[str, Array]) -> Array:
         return _modal_products.spectra(experiment.fix(values))
 
     return jax.vmap(jax.vmap(spectra))(parameters)
@@ -251,7 +255,7 @@ def _log_likelihoods(
     residues: Float[Array, "sensor actuator product placement"],
     varies: np.ndarray,
     spectra: tuple[Array, Array],
-    target: Any,
+    target: Target,
 ) -> Float[Array, "draw"]:
     """Log likelihood of each draw of the parameters, a batch of them at a time."""
     varying, constant = spectra

@@ -2,7 +2,7 @@
 
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -22,6 +22,7 @@ from .estimator import (
     Estimator,
     Gain,
     Plan,
+    Values,
     known_noise,
     mean_over_replicates,
     output_deviation,
@@ -117,11 +118,11 @@ class _Separation(eqx.Module):
     points: list["_Points"]
     log_prior: Array
 
-    def __call__(self, at: Experiment, nominal: dict[str, Any]) -> Gain:
+    def __call__(self, at: Experiment, nominal: Values) -> Gain:
         """Information gain of an experiment."""
         deviation = output_deviation(at)
 
-        def replicate(points: Any) -> Float[Array, ""]:
+        def replicate(points: list[_Points]) -> Float[Array, ""]:
             pairs = [
                 (explanation.response(at, deviation), sample)
                 for explanation, sample in zip(self.explanations, points, strict=True)
@@ -141,8 +142,8 @@ class _Explanation(NamedTuple):
     """Experiment with the effects of the explanation."""
     shapes: OrderedDict[str, tuple[int, ...]]  # JAX sorts the names in other dictionaries
     """Shape of each unknown, by name."""
-    mean: Any
-    root: Any
+    mean: Float[np.ndarray, "unknown"]
+    root: Float[np.ndarray, "unknown coordinate"]
     """Mean of the draws [unknown], and a root of their covariance [unknown, coordinate]."""
     placed: int
     """Number of coordinates of the placement."""

@@ -8,19 +8,19 @@ import pickle
 from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from ..._shared.compiled import compiled
 from ..._shared.errors import InputError, WorkerError
 from ...experiment.content_hash import content_hash
 from ...experiment.experiment import Experiment
-from .._candidates import Candidates, placed
-from ..information.estimator import Estimator, Plan
+from .._candidates import Candidates, Stack, placed
+from ..information.estimator import Estimator, Plan, Values
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,9 +32,9 @@ class Task:
     estimator: Estimator
     seed: int
     """Estimator of the information gain, and its seed."""
-    nominal: dict[str, Any]
+    nominal: Values
     """Nominal values of all unknowns but the positions of what is moved, by name."""
-    stacks: dict[str, tuple[Any, dict[str, np.ndarray]]] = field(default_factory=dict)
+    stacks: dict[str, Stack] = field(default_factory=dict)
     """For each transducer that is moved, its position distributions at all candidates, and its
     nominal position there, each number an array over the candidates."""
     recorded: dict[str, np.ndarray] = field(default_factory=dict)
@@ -69,7 +69,7 @@ class Task:
                 "compute in this process: executor=None."
             ) from error
 
-    def settings(self) -> dict[str, Any]:
+    def settings(self) -> dict[str, int | float | str]:
         """Settings of the estimator, and the key."""
         return self.estimator.settings() | {"key": self.seed}
 
@@ -188,13 +188,13 @@ def _plan(task: Task) -> Plan:
 def _gains(
     plan: Plan,
     experiment: Experiment,
-    nominal: dict[str, Any],
-    stacks: OrderedDict[str, Any],
-    candidates: Any,
+    nominal: Values,
+    stacks: OrderedDict[str, Stack],
+    candidates: Int[Array, "row transducer"],
 ) -> Float[Array, "row estimate"]:
     """Information gain at rows of candidates."""
 
-    def at(row: Any) -> Float[Array, "estimate"]:
+    def at(row: Int[Array, "transducer"]) -> Float[Array, "estimate"]:
         positions, values = {}, dict(nominal)
         for (name, stack), number in zip(stacks.items(), row, strict=True):
             positions[name], of_candidate = _candidate(stack, number)
@@ -205,6 +205,6 @@ def _gains(
     return jax.lax.map(at, jnp.asarray(candidates))
 
 
-def _candidate(stack: Any, number: Any) -> Any:
+def _candidate(stack: Stack, number: int | Int[Array, ""]) -> Stack:
     """Position distributions and nominal position of one candidate."""
     return jax.tree.map(lambda leaf: leaf[number], stack)

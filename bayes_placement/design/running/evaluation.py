@@ -5,10 +5,11 @@ from concurrent.futures import Executor
 from contextlib import closing
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import jax.numpy as jnp
 import numpy as np
+from jax.typing import ArrayLike
 
 from ..._shared.dimensions import Key
 from ..._shared.errors import InputError, warn
@@ -22,7 +23,7 @@ from ...experiment.experiment import Experiment
 from ...experiment.variants import with_lines
 from ...inference.random_keys import integer_seed
 from .._candidates import Candidates
-from ..information.estimator import Estimator, InformationWarning
+from ..information.estimator import Estimator, InformationWarning, Values
 from ..information.expected_gain import ExpectedGain
 from ..information.kernel_gain import KernelGain
 from .chunks import Chunk, Task, chunks, compute, compute_packed
@@ -236,8 +237,8 @@ def nominal_values(
     experiment: Experiment,
     moved: Sequence[str],
     stated: Mapping[str, float],
-    typical: Mapping[str, Any],
-) -> dict[str, Any]:
+    typical: Mapping[str, ArrayLike],
+) -> Values:
     """Nominal value of each unknown but the positions of what is moved.
 
     Values that the user states come first, then typical ones, better than recorded positions and

@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import equinox as eqx
 import numpy as np
@@ -14,7 +14,7 @@ from .._candidates import Candidates, candidates, present_position
 from ..running.evaluation import Evaluation
 from .placement_rules import PlacementRules
 
-Places: TypeAlias = Mapping[str, Any]
+Places: TypeAlias = Mapping[str, object]
 """By the name of the transducer: recorded positions [m] or tolerance regions, or one region."""
 
 Group: TypeAlias = tuple[str, ...]

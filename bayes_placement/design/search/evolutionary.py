@@ -1,7 +1,7 @@
 """Evolutionary search (CMA-ES) for placements anywhere in regions."""
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import equinox as eqx
 import numpy as np
@@ -45,7 +45,7 @@ class SearchRegion(NamedTuple):
         return candidates(experiment, {self.name: places})[0]
 
 
-def search_region(experiment: Experiment, name: str, places: Any) -> SearchRegion:
+def search_region(experiment: Experiment, name: str, places: object) -> SearchRegion:
     """Region in which a transducer may be placed.
 
     It is one region, or numbers on a line, between the least and the greatest of which it may be.
@@ -78,7 +78,7 @@ def _straight(name: str, position: Straight) -> SearchRegion:
     return SearchRegion(name, origin + low @ directions, sides)
 
 
-def _between(experiment: Experiment, name: str, places: Sequence[Any] | np.ndarray) -> Tolerance:
+def _between(experiment: Experiment, name: str, places: object) -> Tolerance:
     """Segment between the least and the greatest number of a list."""
     if not in_space(experiment.structure.modes.bounds()):
         try:

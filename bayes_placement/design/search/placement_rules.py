@@ -2,12 +2,13 @@
 
 import itertools
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ..._shared.errors import InputError
 from ...experiment.experiment import Experiment
+from ...experiment.transducers import Transducer
 from ...positions.bounds import bounds_text, in_space
 from ...positions.vectors import Recorded
 from .._candidates import Candidates
@@ -105,7 +106,7 @@ class PlacementRules(NamedTuple):
         return inside
 
     def _separated(
-        self, transducers: Mapping[str, Any], positions: RecordedPositions, count: int
+        self, transducers: Mapping[str, Transducer], positions: RecordedPositions, count: int
     ) -> np.ndarray:
         """Whether transducers are far enough from each other [placement].
 

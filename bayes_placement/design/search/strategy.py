@@ -2,13 +2,13 @@
 
 import abc
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import equinox as eqx
 import numpy as np
 
 from ..._shared.reprs import with_short_repr
-from .._candidates import Candidates
+from .._candidates import Candidates, Recordings
 from ..running.evaluation import Evaluation
 from ._search_space import Group, SearchSpace, Selection, gain_as_mounted
 
@@ -16,8 +16,8 @@ from ._search_space import Group, SearchSpace, Selection, gain_as_mounted
 class Trials(NamedTuple):
     """Placements that were tried."""
 
-    positions: list[dict[str, Any]]
-    """Recorded position of each transducer that is placed, by name [placement]."""
+    positions: list[Recordings]
+    """Recorded positions [placement]."""
     gain: np.ndarray
     """Information gain [placement, 1 + replicate] [nat]: the estimate, then without each
     replicate."""
@@ -27,7 +27,7 @@ class Trials(NamedTuple):
     """Number of placements that were evaluated, intermediate ones included."""
 
     @staticmethod
-    def of(positions: list[dict[str, Any]], gain: np.ndarray) -> "Trials":
+    def of(positions: list[Recordings], gain: np.ndarray) -> "Trials":
         """Trials of placements that are not next to each other."""
         return Trials(positions, gain, np.zeros(len(positions), dtype=bool), len(positions))
 
@@ -90,7 +90,7 @@ def trials_of_selections(
     return trials
 
 
-def recorded(moved: Sequence[Candidates], cells: np.ndarray) -> list[dict[str, Any]]:
+def recorded(moved: Sequence[Candidates], cells: np.ndarray) -> list[Recordings]:
     """Recorded position of each transducer at combinations of candidates [cell, transducer]."""
     return [
         {
