@@ -1,11 +1,12 @@
 """Checks of what an experiment is given: lines, force levels, mounting, and runs at its levels."""
 
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Sequence, Sized
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 import jax
 import numpy as np
+from jaxtyping import Array, Float
 
 from .._shared.arguments import check_annotated, check_kind, shown
 from .._shared.errors import InfeasibleError, InputError
@@ -87,7 +88,7 @@ def _check_transducers(
         check_kind(f"an entry of {argument}", transducer, kind, needed, instead)
 
 
-def lines(frequency: object) -> Any:
+def lines(frequency: object) -> Float[Array | np.ndarray, "frequency"]:
     """Return lines [Hz] as an array."""
     if isinstance(frequency, jax.core.Tracer):
         return frequency
@@ -186,7 +187,9 @@ def no_data_without_noise(data: object) -> None:
         )
 
 
-def least_transducers(observe: Observation, actuators: Any, noise: Any, levels: object) -> int:
+def least_transducers(
+    observe: Observation, actuators: Sized, noise: Noise | None, levels: object
+) -> int:
     """Return the least number of transducers of a side: none where modes are observed."""
     if not observe.is_modal:
         return 1

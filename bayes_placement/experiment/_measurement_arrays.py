@@ -1,6 +1,6 @@
 """Arrays of a measurement, in rows of sensors and columns of actuators, and a labelled dataset."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from .measurement import Measurement
+
+Variable: TypeAlias = tuple[tuple[str, ...], np.ndarray, dict[str, str]]
+"""Dimensions, values and attributes."""
 
 
 def frozen(values: object, dtype: type) -> np.ndarray:
@@ -43,7 +46,7 @@ def dataset(measurement: "Measurement") -> "xr.Dataset":
     parts = np.stack([measurement.frf.real, measurement.frf.imag], axis=2)
     units = quantity_of(measurement.quantity).unit
     attributes = {"long_name": measurement.quantity, "units": units}
-    variables: dict[str, Any] = {
+    variables: dict[str, Variable] = {
         "frf": ((*PAIRS, "part", "frequency"), parts, attributes),
         "sensor_position": _positions(measurement, "sensor", measurement.sensors),
         "actuator_position": _positions(measurement, "actuator", measurement.actuators),
@@ -79,14 +82,14 @@ def html(measurement: "Measurement") -> str:
     return notebook_html(repr(measurement), pd.DataFrame(rows))
 
 
-def _positions(measurement: "Measurement", side: str, channels: tuple[Channel, ...]) -> Any:
+def _positions(measurement: "Measurement", side: str, channels: tuple[Channel, ...]) -> Variable:
     """Recorded coordinates [m] of the transducer of each channel, NaN where not recorded."""
     missing = (np.nan,) * 3
     recorded = [measurement.positions.get(channel.name, missing) for channel in channels]
     return (side, "axis"), np.array(recorded), {"units": "m"}
 
 
-def _settings(measurement: "Measurement") -> dict[str, Any]:
+def _settings(measurement: "Measurement") -> dict[str, object]:
     settings = {
         "quantity": measurement.quantity,
         "averages": measurement.averages,

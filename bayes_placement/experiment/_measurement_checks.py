@@ -1,7 +1,6 @@
 """Checks of the arrays of a measurement: axes, gaps, ranges, and lines that are asked for."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -100,7 +99,7 @@ def positions(
     recorded: Mapping[str, Sequence[float | int]],
 ) -> dict[str, tuple[float, float, float]]:
     """Return recorded coordinates [m] as three finite numbers for each transducer."""
-    check_annotated("positions", recorded, Mapping[str, Any])
+    check_annotated("positions", recorded, Mapping[str, object])
     return {name: _point(name, point) for name, point in recorded.items()}
 
 

@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -25,6 +25,9 @@ REAL_STEPS, COMPLEX_STEPS = 5, 3
 
 Matrix = Inexact[Array, "mode mode"]
 Vector = Inexact[Array, "mode"]
+Frequency = Inexact[Array, ""]
+Matrices: TypeAlias = Callable[[Frequency], tuple[Matrix, Matrix]]
+Guess: TypeAlias = tuple[Frequency, Vector]
 
 
 class Branches(NamedTuple):
@@ -172,8 +175,7 @@ class Oscillator(NamedTuple):
         """Matrix at an angular frequency, its derivative and its second derivative."""
 
         def first(at: object) -> tuple[Matrix, Matrix]:
-            pair: tuple[Matrix, Matrix] = jax.jvp(self.matrix, (at,), (1.0,))
-            return pair
+            return jax.jvp(self.matrix, (at,), (1.0,))
 
         (value, slope), (_, curve) = jax.jvp(first, (omega,), (1.0,))
         return value, slope, curve
@@ -187,35 +189,28 @@ class _Ports(NamedTuple):
     stiffness: Inexact[Array, "port port"]
 
 
-def _about(
-    middle: Float[Array, ""], expansion: tuple[Matrix, Matrix, Matrix]
-) -> Callable[[Any], tuple[Matrix, Matrix]]:
+def _about(middle: Frequency, expansion: tuple[Matrix, Matrix, Matrix]) -> Matrices:
     """Matrix and its derivative by an expansion about an angular frequency."""
     value, slope, curve = expansion
 
-    def at(omega: Any) -> tuple[Matrix, Matrix]:
+    def at(omega: Frequency) -> tuple[Matrix, Matrix]:
         step = omega - middle
         return value + step * (slope + step / 2 * curve), slope + step * curve
 
     return at
 
 
-def _repeated(
-    matrix: Callable[[Any], tuple[Matrix, Matrix]], start: object, normal: Any, steps: int
-) -> tuple[Any, Any]:
+def _repeated(matrix: Matrices, start: Guess, normal: Vector, steps: int) -> Guess:
     """Some of Newton's steps, compiled once."""
 
-    def step(_: object, guess: Any) -> tuple[Any, Any]:
+    def step(_: object, guess: Guess) -> Guess:
         omega, vector = guess
         return _newton(matrix, omega, vector, normal)
 
-    pair: tuple[Any, Any] = jax.lax.fori_loop(0, steps, step, start)
-    return pair
+    return jax.lax.fori_loop(0, steps, step, start)
 
 
-def _newton(
-    matrix: Callable[[Any], tuple[Matrix, Matrix]], omega: Any, vector: Any, normal: Any
-) -> tuple[Any, Any]:
+def _newton(matrix: Matrices, omega: Frequency, vector: Vector, normal: Vector) -> Guess:
     """One of Newton's steps for (A(omega) - omega^2) q = 0 with normal . q = 1."""
     value, slope = matrix(omega)
     size = vector.size

@@ -1,6 +1,7 @@
 """Numbers and priors of an experiment: finite, possible, and with a density."""
 
-from typing import Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
@@ -25,6 +26,9 @@ from .._shared.sites import Leaf, Unknown, is_unknown, leaves_with_unit, substit
 from ..positions.at import position_on
 from ..positions.bounds import Bounds
 
+if TYPE_CHECKING:
+    from .experiment import Experiment
+
 _DRAWS = 16
 
 
@@ -38,7 +42,7 @@ def check_values(tree: object) -> None:
             _check_number(leaf, value)
 
 
-def fixed(tree: Any, values: Any) -> Any:
+def fixed(tree: "Experiment", values: Mapping[str, Any]) -> "Experiment":
     """Put values in the place of distributions of an experiment, by name."""
     substituted = substitute(tree, values)
     for unknown in unknowns(tree):

@@ -11,6 +11,7 @@ import hashlib
 import inspect
 import pickle
 import weakref
+from collections.abc import Callable
 from typing import Any
 
 import jax
@@ -44,7 +45,7 @@ class _Digest:
     def __init__(self) -> None:
         self.sha256 = hashlib.sha256()
 
-    def write(self, content: Any) -> int:
+    def write(self, content: bytes | bytearray | memoryview) -> int:
         """Take the next bytes."""
         self.sha256.update(content)
         return memoryview(content).nbytes
@@ -57,7 +58,7 @@ class _ContentPickler(pickle.Pickler):
         pickle.Pickler.__init__(self, stream, protocol=5)
         self.fast = True  # each object in full at every occurrence
 
-    def persistent_id(self, value: object) -> Any:
+    def persistent_id(self, value: object) -> object:
         """Content of values that pickle does not write by content; None for all others."""
         kind: Any = type(value)
         if isinstance(value, jax.Array | np.ndarray) and value.dtype != object:
@@ -99,12 +100,12 @@ def _numbers(array: np.ndarray) -> Content:
     return "array", array.dtype.str, array.shape, digest
 
 
-def _fields(value: object, names: list[str]) -> list[tuple[str, Any]]:
+def _fields(value: object, names: list[str]) -> list[tuple[str, object]]:
     return [(name, vars(value)[name]) for name in names if name in vars(value)]
 
 
 @functools.lru_cache
-def _source(code: Any) -> str:
+def _source(code: type | Callable[..., object]) -> str:
     """Text of a class or function of the user."""
     if str(code.__module__).split(".")[0] in VERSIONED:
         return ""

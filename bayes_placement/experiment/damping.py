@@ -230,7 +230,7 @@ LAWS: tuple[type[Damping], ...] = (
 """Every damping law of the package."""
 
 
-def _values(damping: Damping) -> Iterator[tuple[str, Any]]:
+def _values(damping: Damping) -> Iterator[tuple[str, object]]:
     """Each number or distribution of a damping law, with the name of its field."""
     for field in dataclasses.fields(damping):
         for value in jax.tree.leaves(getattr(damping, field.name), is_leaf=is_unknown):

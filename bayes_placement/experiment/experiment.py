@@ -92,7 +92,7 @@ class Experiment(eqx.Module):
     structure: Structure = eqx.field(metadata=owners(Role.PARAMETER))
     sensor: OrderedDict[str, Sensor] = eqx.field(metadata=owners(Role.PLACEMENT))
     actuator: OrderedDict[str, Actuator] = eqx.field(metadata=owners(Role.PLACEMENT))
-    frequency: Any
+    frequency: Float[Array | np.ndarray, "frequency"]
     observe: Observation
     noise: Noise | None = eqx.field(metadata=owners(Role.OUTPUT_ERROR))
     instrument_effects: OrderedDict[str, InstrumentEffect] = eqx.field(
@@ -241,11 +241,11 @@ class Experiment(eqx.Module):
         """Return the experiment at recorded positions and at the prior mean of all else."""
         return self.fix(self.nominal_values())
 
-    def nominal_values(self) -> dict[str, Any]:
+    def nominal_values(self) -> dict[str, object]:
         """Recorded position or prior mean of each unknown, by name."""
         return {unknown.name: self._nominal_value(unknown) for unknown in self.unknowns}
 
-    def _nominal_value(self, unknown: Unknown) -> Any:
+    def _nominal_value(self, unknown: Unknown) -> object:
         if unknown.is_placement and unknown.field == "position":
             side = self.sensor if unknown.owner.kind == "sensor" else self.actuator
             return side[unknown.owner.name].at_record(unknown.component)

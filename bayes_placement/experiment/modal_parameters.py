@@ -196,9 +196,9 @@ class ModalParameters:
         return self._with(self.values[:SHAPE], self.covariance[:, :SHAPE, :SHAPE], ())
 
     def _with(
-        self, values: Any, covariance: object, sensors: Any, **of_modes: Any
+        self, values: np.ndarray, covariance: object, sensors: tuple[Channel, ...], **known: object
     ) -> "ModalParameters":
-        kept = {"number": self.number, "correlation": self.correlation} | of_modes
+        kept = {"number": self.number, "correlation": self.correlation} | known
         return ModalParameters(
             values[FREQUENCY],
             damping_ratio=values[DAMPING],

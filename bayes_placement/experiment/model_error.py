@@ -10,7 +10,7 @@ import math
 from collections import OrderedDict
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -313,7 +313,7 @@ def _of_runs(size: Size, instruments: Instruments, count: int) -> ErrorsOfRuns |
     return ErrorsOfRuns(size, standard)
 
 
-def _standard_normal(*shape: int) -> Any:
+def _standard_normal(*shape: int) -> Normal:
     return Normal(np.zeros(shape), np.ones(shape))
 
 

@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -34,7 +34,9 @@ class NaturalModes(NamedTuple):
     """Displacement at points along x, y and z, the greatest of each mode being 1."""
 
 
-def natural_modes(structure: Structure, points: Any, up_to: float, most: int) -> NaturalModes:
+def natural_modes(
+    structure: Structure, points: np.ndarray, up_to: float, most: int
+) -> NaturalModes:
     """Return the natural modes of a structure with its linear attachments, without damping.
 
     With the amplitudes q of the modes of the structure proper and an attachment of the dynamic
@@ -103,8 +105,7 @@ class _Pencil(NamedTuple):
 
     def vector(self, omega: float, branch: int) -> np.ndarray:
         """Amplitudes of the modes at a natural frequency."""
-        vector: np.ndarray = np.linalg.eigh(self.matrix(omega))[1][:, branch]
-        return vector
+        return np.linalg.eigh(self.matrix(omega))[1][:, branch]
 
 
 def _roots(pencil: _Pencil, grid: np.ndarray, most: int) -> Iterator[tuple[float, int]]:
@@ -152,7 +153,7 @@ def _at_line(structure: Structure, omega: Float[Array, "1"]) -> tuple[Array, Arr
     return modulus, jnp.concatenate([jnp.zeros(0), *stiffness])
 
 
-def _at_points(structure: Structure, points: Any) -> tuple[Array, Array]:
+def _at_points(structure: Structure, points: Array) -> tuple[Array, Array]:
     """Shapes [point, axis, mode] [kg^-1/2], and flexibility left out [axis, point, port] [m/N]."""
     modes = structure.proper_modes()
     ports, axes = _ports(structure, modes), len(modes.axes)

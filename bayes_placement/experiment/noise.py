@@ -16,11 +16,9 @@ from .._shared.reprs import with_short_repr
 from .._shared.sites import is_unknown, unit
 from ._noise_values import check_lines, not_negative, positive, positive_definite
 from .measurement import Measurement
-from .observation import Data
+from .observation import Chosen, Data
 
 Words: TypeAlias = tuple[str, str]
-Chosen: TypeAlias = slice | np.ndarray
-"""Some channels: a slice of them, or their numbers."""
 
 
 @with_short_repr
@@ -65,7 +63,7 @@ class Noise(eqx.Module):
 
     @abc.abstractmethod
     def distribution(
-        self, predicted: Response, data: Data | None, kernel: object = 0.0
+        self, predicted: Response, data: Data | None, kernel: float | Array = 0.0
     ) -> Distribution:
         """Distribution of the measured outputs around the predicted ones.
 
@@ -122,7 +120,7 @@ class Gaussian(Noise):
         self.sigma = positive("noise.Gaussian(sigma)", "standard deviation", sigma)
 
     def distribution(
-        self, predicted: Response, data: Data | None, kernel: Any = 0.0
+        self, predicted: Response, data: Data | None, kernel: float | Array = 0.0
     ) -> Distribution:
         """Independent normal distribution of every output."""
         sigma = _as_outputs(self.sigma, predicted)
@@ -166,7 +164,7 @@ class Covariance(Noise):
         self.factor = positive("noise.Covariance(matrix, factor)", "factor", factor)
 
     def distribution(
-        self, predicted: Response, data: Data | None, kernel: object = 0.0
+        self, predicted: Response, data: Data | None, kernel: float | Array = 0.0
     ) -> Distribution:
         """Joint normal distribution of the lines of each channel pair."""
         if data is not None and isinstance(data.measured, np.ndarray):
@@ -197,7 +195,7 @@ class _OfMeasurement(Noise):
         self.factor = positive(f"noise.{type(self).__name__}(factor)", "factor", factor)
 
     def distribution(
-        self, predicted: Response, data: Data | None, kernel: Any = 0.0
+        self, predicted: Response, data: Data | None, kernel: float | Array = 0.0
     ) -> Distribution:
         """Independent normal distribution of every output."""
         if data is None or data.deviation is None:
@@ -345,7 +343,7 @@ class Relative(Noise):
         return self.coherence is not None
 
     def distribution(
-        self, predicted: Response, data: Data | None, kernel: Any = 0.0
+        self, predicted: Response, data: Data | None, kernel: float | Array = 0.0
     ) -> Distribution:
         """Independent normal distribution of every output."""
         deviation = self._deviation(data)

@@ -2,7 +2,7 @@
 
 import abc
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import equinox as eqx
 import jax
@@ -20,6 +20,9 @@ from .quantities import quantity_of
 if TYPE_CHECKING:  # the class imports this module
     from .experiment import Experiment
 
+Chosen: TypeAlias = slice | np.ndarray
+"""Some channels: a slice of them, or their numbers."""
+
 
 class Data(eqx.Module):
     """Measured outputs, in the shape of the predicted ones."""
@@ -35,10 +38,10 @@ class Data(eqx.Module):
     """Standard deviation of each output for E|error|^2 = |H|^2, |H| being the measured amplitude,
     and for E|error|^2 = 1; None where the noise does not need them."""
 
-    def of(self, sensors: Any = slice(None), actuators: object = slice(None)) -> "Data":
+    def of(self, sensors: Chosen = slice(None), actuators: Chosen = slice(None)) -> "Data":
         """Return the data of some sensor and actuator channels."""
 
-        def pick(values: Any) -> Any:
+        def pick(values: Array | np.ndarray | None) -> Any:
             if values is None:
                 return None
             # By NumPy where they are known: to pick by numbers would be compiled.
@@ -51,7 +54,7 @@ class Data(eqx.Module):
     def at_levels(runs: "Sequence[Data]") -> "Data":
         """Return the data of several force levels, one run each, as one."""
 
-        def stacked(values: list[Any]) -> Any:
+        def stacked(values: list[Array | np.ndarray | None]) -> Any:
             xp = np if isinstance(values[0], np.ndarray) else jnp
             return None if values[0] is None else xp.stack(values, axis=2)
 
@@ -63,6 +66,8 @@ _FIELDS = ("z", "measured", "deviation", "relative", "absolute")
 
 FRF = Inexact[Array, "sensor actuator *force_level frequency"]
 Variance = Float[Array, "sensor actuator *force_level frequency"]
+Record = Inexact[np.ndarray, "sensor actuator frequency"]
+Finite = Bool[Array, "sensor actuator frequency"]
 Measured = Float[np.ndarray, "sensor actuator *level_and_part frequency"]
 AngularFrequencies = Float[np.ndarray, "frequency"]
 
@@ -142,7 +147,7 @@ class Observation(eqx.Module):
         """Order of the time derivative of the displacement that is observed."""
         return quantity_of(self.quantity).derivative
 
-    def check(self, frequency: np.ndarray) -> None:
+    def check(self, frequency: Float[Array | np.ndarray, "frequency"]) -> None:
         """Refuse 0 Hz, where velocity and acceleration vanish and carry no information."""
         if self.quantity != "displacement" and np.any(frequency == 0):
             raise InputError(
@@ -154,7 +159,7 @@ class Observation(eqx.Module):
         """Outputs z of an experiment without output error."""
         return self.output(experiment.frf())
 
-    def lines(self, frequency: object) -> Any:
+    def lines(self, frequency: object) -> object:
         """Return the lines [Hz] of an experiment for which these were given."""
         return frequency
 
@@ -180,7 +185,7 @@ class Observation(eqx.Module):
 
 
 def measured_outputs(
-    observe: Observation, frf: Any, variance: object = None, *, amplitude: bool = False
+    observe: Observation, frf: Record, variance: Record | None = None, *, amplitude: bool = False
 ) -> Data:
     """Turn measured FRFs into outputs.
 
@@ -196,14 +201,14 @@ def measured_outputs(
     return Data(z, measured, *deviations)
 
 
-def simulated_outputs(observe: Observation, frf: Any) -> Data:
+def simulated_outputs(observe: Observation, frf: FRF) -> Data:
     """Turn predicted FRFs into the data of a measurement without error, all of it measured."""
     z = observe.output(frf)
     return Data(z, np.ones(z.shape, dtype=bool), None, *_unit_deviations(observe, frf))
 
 
 def _outputs(
-    observe: Observation, frf: Any, measured: Any, variance: Any, amplitude: bool
+    observe: Observation, frf: FRF, measured: Finite, variance: Variance | None, amplitude: bool
 ) -> tuple[Response, Response | None, Response | None, Response | None]:
     """Outputs, zero where not measured, and their deviations; None where these are not known."""
     z = observe.output(frf)
@@ -216,7 +221,7 @@ def _outputs(
     return jnp.where(of_parts, z, 0.0), deviation, unit, constant
 
 
-def _unit_deviations(observe: Observation, frf: Any) -> tuple[Response, Response]:
+def _unit_deviations(observe: Observation, frf: FRF) -> tuple[Response, Response]:
     """Deviations of the outputs for E|error|^2 = |H|^2 and for E|error|^2 = 1."""
     square = jnp.abs(frf) ** 2
     return observe.deviation(frf, square), observe.deviation(frf, jnp.ones_like(square))

@@ -1,7 +1,5 @@
 """Observations: the real outputs z of an FRF or of modes, and the errors of these."""
 
-from typing import Any
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -139,7 +137,7 @@ def _log10_of_single(value: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
 
 
 @_log10_of_single.defjvp
-def _slope(primals: Any, tangents: Any) -> Any:
+def _slope(primals: tuple[Array], tangents: tuple[Array]) -> tuple[Array, Array]:
     (value,), (change,) = primals, tangents
     return _log10_of_single(value), change / (value * np.float32(np.log(10)))
 

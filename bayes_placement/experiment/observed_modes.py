@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Inexact, Int
 
 from .._shared.arguments import check_kind
-from .._shared.dimensions import Receptance, Response
+from .._shared.dimensions import Receptance, Response, Shapes
 from .._shared.errors import InputError
 from ..positions.channel import Channel
 from ._experiment_checks import all_known, no_frfs
@@ -116,7 +116,7 @@ class ModalData(Observation):
         self.channels = measured.sensors
         _check_identity(self)
 
-    def lines(self, frequency: object) -> Any:
+    def lines(self, frequency: object) -> Float[Array | np.ndarray, "mode"]:
         """Return the measured natural frequencies [Hz], which stand where lines do.
 
         Raises
@@ -289,7 +289,7 @@ class ModalData(Observation):
         """Zero: the outputs are what densities are compared of."""
         return 0.0 * measured
 
-    def check(self, frequency: np.ndarray) -> None:
+    def check(self, frequency: Float[Array | np.ndarray, "mode"]) -> None:
         """Modal parameters have no lines to be refused."""
 
     @property
@@ -334,7 +334,7 @@ def _independent(
     return jnp.where(at_reference, 0.0, residual - unit * share)
 
 
-def _turned(shape: Inexact[Array, "channel mode"], present: Any) -> Float[Array, "channel mode"]:
+def _turned(shape: Inexact[Array, "channel mode"], present: Array | np.ndarray) -> Shapes:
     """Real part of complex shapes, each turned by the angle that makes most of it real."""
     squares = jnp.sum(jnp.where(present, shape, 0.0) ** 2, axis=0)
     size = jnp.abs(squares)
@@ -348,8 +348,7 @@ def _inverse_roots(covariance: np.ndarray) -> np.ndarray:
     deviation = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
     correlation = covariance / (deviation[:, :, None] * deviation[:, None])
     values, vectors = np.linalg.eigh(correlation)
-    root: np.ndarray = np.einsum("kij,kj,klj->kil", vectors, values**-0.5, vectors)
-    return root
+    return np.einsum("kij,kj,klj->kil", vectors, values**-0.5, vectors)
 
 
 def _references(measured: ModalParameters) -> np.ndarray:

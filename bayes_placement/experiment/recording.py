@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Iterable, Sequence
 from functools import partial
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -84,7 +84,7 @@ def recorded_frequency(instrument_effects: Iterable[InstrumentEffect], omega: Om
     return omega
 
 
-def amplified(response: Receptance, instruments: Instruments, omega: Any) -> Receptance:
+def amplified(response: Receptance, instruments: Instruments, omega: Omega) -> Receptance:
     """Receptance with the gain and the delay of each channel, untouched where all are exact."""
     for axis, side in enumerate((instruments.sensors, instruments.actuators)):
         factors = [

@@ -247,7 +247,7 @@ class Transducer(eqx.Module):
             If its position is a distribution without a tolerance, or would lie outside the
             structure.
         """
-        at: Any = place
+        at: At = place
         if not isinstance(place, Tolerance):
             at = place if self.tolerance is None else self.tolerance.around(place)
         if not isinstance(at, Tolerance) and self._is_uncertain():
@@ -292,7 +292,7 @@ class Transducer(eqx.Module):
     def _is_uncertain(self) -> bool:
         return bool(unknowns(self.position))
 
-    def at_record(self, component: str) -> Any:
+    def at_record(self, component: str) -> object:
         """Value of an unknown component of its position where it was recorded."""
         return RecordedPosition(self.position, self.recorded).at_record(component)
 
@@ -327,7 +327,7 @@ class Transducer(eqx.Module):
         return gain * jnp.exp(-1j * omega * self.delay)
 
     def _directions(self, axes: tuple[int, ...]) -> Float[Array | np.ndarray, "channel axis"]:
-        vectors: Any = np.stack([unit_vector(direction) for direction in self.directions])
+        vectors: Array | np.ndarray = np.stack([unit_vector(each) for each in self.directions])
         if self.angles is not None:
             vectors = vectors @ rotation(jnp.stack([jnp.asarray(a) for a in self.angles])).T
         return vectors[:, np.array(axes) - 1]

@@ -4,7 +4,6 @@ import dataclasses
 import itertools
 from collections import OrderedDict
 from collections.abc import Collection, Mapping
-from typing import Any
 
 import equinox as eqx
 import numpy as np
@@ -19,7 +18,7 @@ from .modal_parameters import ModalParameters
 from .model_error import Embedded
 from .noise import Covariance, FromVariance, Gaussian, Noise
 from .observe import ModalData
-from .transducers import Sensor
+from .transducers import Sensor, Transducer
 
 
 def with_only(
@@ -79,8 +78,7 @@ def with_more_sensors(experiment: Experiment, count: int) -> Experiment:
 
 
 def _like(sensor: Sensor, name: str) -> Sensor:
-    at: Any = sensor.recorded if sensor.tolerance is None else sensor.tolerance
-    return sensor.like(name, at)
+    return sensor.like(name, sensor.recorded if sensor.tolerance is None else sensor.tolerance)
 
 
 def with_lines(experiment: Experiment, count: int) -> Experiment:
@@ -241,7 +239,7 @@ def _model_error_of(experiment: Experiment) -> Embedded | None:
     return Embedded(**sizes | {"runs": None})
 
 
-def channel_numbers(side: Mapping[str, Any], names: Collection[str]) -> np.ndarray:
+def channel_numbers(side: Mapping[str, Transducer], names: Collection[str]) -> np.ndarray:
     """Numbers of the channels of some of the sensors, or of the actuators."""
     owners = [name for name, transducer in side.items() for _ in transducer.channels]
     return np.flatnonzero([owner in names for owner in owners])

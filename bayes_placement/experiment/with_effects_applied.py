@@ -7,8 +7,7 @@ with one or another of them then have one form, and share one compiled response.
 """
 
 from collections import OrderedDict
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
 
 import equinox as eqx
 import jax
@@ -37,6 +36,7 @@ from .applied_effects import (
 )
 from .experiment import Experiment
 from .recording import recorded_frequency
+from .structure import is_dict
 
 HOOKS = ("moved", "load", "laplace", "evaluated", "added", "channel_factor", "recorded")
 """Methods by which an effect acts on the instruments."""
@@ -103,7 +103,7 @@ def _moved(known: Experiment) -> Experiment:
         lambda tree: (tree.sensor, tree.actuator),
         known,
         (OrderedDict(instruments.sensors), OrderedDict(instruments.actuators)),
-        is_leaf=_is_dict,
+        is_leaf=is_dict,
     )
     return _in_place_of(movers, moved)
 
@@ -185,7 +185,7 @@ def _in_place_of(
     """An experiment with others in the place of effects on its instruments."""
     remaining = _without(known.instrument_effects, effects)
     remaining |= {effect.name: effect for effect in merged}
-    return eqx.tree_at(lambda tree: tree.instrument_effects, known, remaining, is_leaf=_is_dict)
+    return eqx.tree_at(lambda tree: tree.instrument_effects, known, remaining, is_leaf=is_dict)
 
 
 def _with_stiffness(known: Experiment) -> Experiment:
@@ -207,7 +207,7 @@ def _with_stiffness(known: Experiment) -> Experiment:
         return renamed
     ports = {names.get(name, name): error for name, error in known.model_error.ports.items()}
     return eqx.tree_at(
-        lambda tree: tree.model_error.ports, renamed, OrderedDict(ports), is_leaf=_is_dict
+        lambda tree: tree.model_error.ports, renamed, OrderedDict(ports), is_leaf=is_dict
     )
 
 
@@ -231,8 +231,8 @@ def _with_modulus(known: Experiment) -> Experiment:
     return _with_structure_effects(known, remaining)
 
 
-def _with_structure_effects(known: Experiment, effects: OrderedDict[str, Any]) -> Experiment:
-    return eqx.tree_at(lambda tree: tree.structure.effects, known, effects, is_leaf=_is_dict)
+def _with_structure_effects(known: Experiment, effects: Mapping[str, Effect]) -> Experiment:
+    return eqx.tree_at(lambda tree: tree.structure.effects, known, effects, is_leaf=is_dict)
 
 
 def _omega(known: Experiment) -> Omega:
@@ -241,10 +241,6 @@ def _omega(known: Experiment) -> Omega:
     return recorded_frequency(effects, 2 * jnp.pi * jnp.asarray(known.frequency))
 
 
-def _without(effects: Any, dropped: Sequence[Effect]) -> OrderedDict[str, Any]:
+def _without(effects: Mapping[str, Effect], dropped: Sequence[Effect]) -> OrderedDict[str, Effect]:
     names = {effect.name for effect in dropped}
     return OrderedDict((name, effect) for name, effect in effects.items() if name not in names)
-
-
-def _is_dict(leaf: object) -> bool:
-    return isinstance(leaf, dict)

@@ -14,13 +14,13 @@ class RefusedAnsysFile(Exception):  # noqa: N818, its name is the word that peop
     """A file that is not read; the process that asked for it makes our error of its words."""
 
 
-def read(path: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def read(path: str) -> tuple[dict[str, np.ndarray], dict[str, object]]:
     """Entries of the matrices of a `.full` file, or modes and nodes of a `.rst` file."""
     file = reader.read_binary(path)
     return _matrices(file) if isinstance(file, FullFile) else _modes(file)
 
 
-def _matrices(file: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def _matrices(file: Any) -> tuple[dict[str, np.ndarray], dict[str, object]]:
     """Upper triangles, sorted by node and direction; rows that are held are empty."""
     header = file._header
     if header["ncefull"]:
@@ -41,7 +41,7 @@ def _matrices(file: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     return arrays, {"units": str(file._standard_header["units"])}
 
 
-def _modes(file: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def _modes(file: Any) -> tuple[dict[str, np.ndarray], dict[str, object]]:
     """Natural frequencies, shapes [mode, node, direction] and nodes."""
     names = list(file.result_dof(0))
     if file.n_sector and file.n_sector > 1:

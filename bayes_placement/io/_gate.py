@@ -5,11 +5,11 @@ import os
 import re
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from jaxtyping import Bool, Complex, Float
@@ -39,6 +39,12 @@ LIMITS = {
 
 SECONDS, SECONDS_PER_MEGABYTE = 8.0, 2.0
 """Time of the processor that a file may take, which other work on the machine does not prolong."""
+
+Json: TypeAlias = dict[str, Any]
+"""Fields of a file by their names, each checked where it is read."""
+
+Accepts: TypeAlias = Callable[[Any], bool]
+"""Whether a field is what is needed."""
 
 
 class TimeIsUpError(BaseException):
@@ -166,13 +172,13 @@ def _brief(words: str) -> str:
     return words if len(words) <= 2000 else f"{words[:1000]} ... {words[-500:]}"
 
 
-def path_of(path: Any) -> Path:
+def path_of(path: object) -> Path:
     """Return a path, and refuse all else."""
     needed = "the path of a file or folder is needed, since it is read from there"
     check_kind("path", path, (str, Path), needed, 'path="measured.uff"')
     if "\0" in str(path):
         raise InputError(f"path={str(path)!r} was given; {needed}: path='measured.uff'.")
-    return Path(path)
+    return Path(str(path))
 
 
 def existing(path: Path, contents: str) -> Path:
@@ -193,7 +199,7 @@ def existing(path: Path, contents: str) -> Path:
     return path
 
 
-def check_plausible(path: Path, /, **arrays: Any) -> None:
+def check_plausible(path: Path, /, **arrays: object) -> None:
     """Refuse numbers that are not finite, or larger than any quantity in SI."""
     for name, values in arrays.items():
         array = np.asarray(values)

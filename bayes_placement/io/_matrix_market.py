@@ -6,7 +6,7 @@ SciPy's reader ends the interpreter on some damaged files. The format: https://m
 import gzip
 import io
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse
@@ -34,7 +34,7 @@ class _Head(NamedTuple):
     values_from: int
 
 
-def matrix(path: Path) -> Any:
+def matrix(path: Path) -> scipy.sparse.sparray | np.ndarray:
     """Return the matrix in a file."""
     content = _content(path)
     head = _head(path, content)
@@ -95,7 +95,7 @@ def _table(path: Path, values: bytes, head: _Head) -> NumberTable:
     return table
 
 
-def _sparse(path: Path, table: NumberTable, head: _Head) -> Any:
+def _sparse(path: Path, table: NumberTable, head: _Head) -> scipy.sparse.sparray:
     rows, columns, _ = head.sizes
     places = table[:, :2]
     integral = np.array_equal(places, np.round(places))
@@ -110,7 +110,7 @@ def _sparse(path: Path, table: NumberTable, head: _Head) -> Any:
     return scipy.sparse.coo_array((values, (row, column)), shape=(rows, columns))
 
 
-def _dense(table: NumberTable, head: _Head) -> Any:
+def _dense(table: NumberTable, head: _Head) -> np.ndarray:
     rows, columns = head.sizes
     values = _values(table)
     if head.symmetry == "general":
@@ -121,7 +121,7 @@ def _dense(table: NumberTable, head: _Head) -> Any:
     return square
 
 
-def _values(numbers: NumberTable) -> Any:
+def _values(numbers: NumberTable) -> np.ndarray:
     if numbers.shape[1] == 0:
         return np.ones(len(numbers))
     return numbers[:, 0] if numbers.shape[1] == 1 else numbers[:, 0] + 1j * numbers[:, 1]

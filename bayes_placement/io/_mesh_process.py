@@ -1,12 +1,10 @@
 """Reads a mesh by meshio, in a separate process: see `_child.py`."""
 
-from typing import Any
-
 import meshio
 import numpy as np
 
 
-def read(path: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def read(path: str) -> tuple[dict[str, np.ndarray], dict[str, object]]:
     """Points, elements and sets of a mesh as arrays `KIND NAME`."""
     content = meshio.read(path)
     elements: dict[str, list[np.ndarray]] = {}

@@ -36,7 +36,7 @@ def holds_modes(path: Path) -> bool:
     return FREQUENCY in names and (SHAPE in names or DAMPING in names)
 
 
-def load_arrays(path: Path, names: dict[int, str]) -> dict[str, Any]:
+def load_arrays(path: Path, names: dict[int, str]) -> measured_modes.Arguments:
     """Read arrays as arguments of `ModalParameters`, without deviations that are not there.
 
     Shapes are (channel, mode): columns are modes.
@@ -59,7 +59,7 @@ def load_arrays(path: Path, names: dict[int, str]) -> dict[str, Any]:
     _check_sizes(roles, frequency.size, {**values, SHAPE: shape})
     order = np.argsort(frequency)
     count = 0 if shape is None else len(shape)
-    arguments: dict[str, Any] = {
+    arguments: measured_modes.Arguments = {
         role + suffix: _ordered(values.get(role + suffix), order)
         for role in NAMES
         for suffix in ("", "_deviation")
@@ -83,7 +83,7 @@ def arrays_of(modes: ModalParameters) -> dict[str, Any]:
     }
 
 
-def _as_written(known: dict[str, np.ndarray], names: dict[int, str]) -> dict[str, Any]:
+def _as_written(known: dict[str, np.ndarray], names: dict[int, str]) -> measured_modes.Arguments:
     """Arguments of `ModalParameters` of what `arrays_of` returned."""
     labels = [names.get(row, str(label)) for row, label in enumerate(known["sensors"], start=1)]
     return {
@@ -196,7 +196,7 @@ def read_mapping(path: Path) -> ModalMapping:
 
 
 def _names(table: TomlTable) -> dict[int, str]:
-    stated: dict[str, Any] = table.value("names", _are_names, "a table of names", _EXAMPLE) or {}
+    stated: dict[str, str] = table.value("names", _are_names, "a table of names", _EXAMPLE) or {}
     return {int(node): name for node, name in stated.items()}
 
 

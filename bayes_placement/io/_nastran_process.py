@@ -1,21 +1,21 @@
 """Reads files of Nastran by pyyeti, in a separate process: see `_child.py`."""
 
 import warnings
-from typing import Any
 
 import numpy as np
+import pandas as pd
 import scipy.sparse
 from pyyeti.nastran import n2p, op2, op4
 
 SHAPE_TABLES = ("oug", "bophig")
 
 
-def read(path: str, names: list[str]) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def read(path: str, names: list[str]) -> tuple[dict[str, np.ndarray], dict[str, object]]:
     """Entries of matrices by their names, or nodes and modes where none is named."""
     return _matrices(path, names) if names else _modes(path)
 
 
-def _matrices(path: str, names: list[str]) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def _matrices(path: str, names: list[str]) -> tuple[dict[str, np.ndarray], dict[str, object]]:
     """Entries of matrices, and the names of all in the file."""
     in_file = op4.dir(path, verbose=False)[0]
     content = op4.read(path, names, sparse=(True, scipy.sparse.coo_array))
@@ -26,7 +26,7 @@ def _matrices(path: str, names: list[str]) -> tuple[dict[str, np.ndarray], dict[
     return arrays, {"in file": in_file}
 
 
-def _modes(path: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def _modes(path: str) -> tuple[dict[str, np.ndarray], dict[str, object]]:
     """Nodes and eigenvectors in the basic system, and the table of eigenvalues."""
     warnings.filterwarnings("error", message="(?s).*garbled")
     with op2.OP2(path) as file:
@@ -48,7 +48,7 @@ def _modes(path: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     return arrays | ({"eigenvalues": lama[-1]} if lama else {}), found
 
 
-def _eigenvectors(table: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _eigenvectors(table: pd.DataFrame) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Numbers of the grid points, their motion in their own systems, and frequencies [Hz]."""
     grid = table.index.get_level_values("DOF").to_numpy() > 0  # scalar points have no direction
     number = table.index.get_level_values("Node").to_numpy()[grid][::6].astype(np.int64)
@@ -56,7 +56,7 @@ def _eigenvectors(table: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return number, motion, table.columns.get_level_values(1).to_numpy().astype(float)
 
 
-def grids(uset: Any, number: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def grids(uset: pd.DataFrame, number: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Positions in the basic system, and the rotation of motion into that system."""
     points = uset[uset.index.get_level_values("dof") > 0]
     points = points[points.index.get_level_values("id").isin(number)]

@@ -8,6 +8,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import scipy.sparse
 from numpy.lib import format as npy
+from scipy.sparse import sparray
 
 from .._shared.errors import InputError
 from ._gate import check_limit, existing
@@ -123,7 +124,7 @@ MOST_ROWS = 20_000_000
 """Most rows of a matrix: a larger number in a file is a damaged one."""
 
 
-def sparse_matrix(archive: NpzArchive) -> Any:
+def sparse_matrix(archive: NpzArchive) -> sparray:
     """Return the matrix in an archive."""
     names = set(archive.names)
     form = _form(archive)
@@ -183,19 +184,19 @@ def _check_inside(name: str, indices: np.ndarray, size: int) -> None:
         raise InputError(f"{name} go from {indices.min()} to {indices.max()} in a size of {size}")
 
 
-def _csr(shape: tuple[int, int], data: np.ndarray, **places: np.ndarray) -> Any:
+def _csr(shape: tuple[int, int], data: np.ndarray, **places: np.ndarray) -> sparray:
     _check_flat(data)
     _compressed(shape, data, axis=0, **places)
     return scipy.sparse.csr_array((data, places["indices"], places["indptr"]), shape=shape)
 
 
-def _csc(shape: tuple[int, int], data: np.ndarray, **places: np.ndarray) -> Any:
+def _csc(shape: tuple[int, int], data: np.ndarray, **places: np.ndarray) -> sparray:
     _check_flat(data)
     _compressed(shape, data, axis=1, **places)
     return scipy.sparse.csc_array((data, places["indices"], places["indptr"]), shape=shape)
 
 
-def _bsr(shape: tuple[int, int], data: np.ndarray, **places: np.ndarray) -> Any:
+def _bsr(shape: tuple[int, int], data: np.ndarray, **places: np.ndarray) -> sparray:
     if data.ndim != 3 or 0 in data.shape[1:] or np.any(np.mod(shape, data.shape[1:])):
         raise InputError(f"blocks of shape {data.shape} do not make a matrix of shape {shape}")
     blocks = (shape[0] // data.shape[1], shape[1] // data.shape[2])
@@ -203,7 +204,7 @@ def _bsr(shape: tuple[int, int], data: np.ndarray, **places: np.ndarray) -> Any:
     return scipy.sparse.bsr_array((data, places["indices"], places["indptr"]), shape=shape)
 
 
-def _coo(shape: tuple[int, int], data: np.ndarray, row: np.ndarray, col: np.ndarray) -> Any:
+def _coo(shape: tuple[int, int], data: np.ndarray, row: np.ndarray, col: np.ndarray) -> sparray:
     _check_flat(data)
     if not row.shape == col.shape == data.shape:
         raise InputError(f"{data.shape} values have {row.shape} rows and {col.shape} columns")
@@ -212,7 +213,7 @@ def _coo(shape: tuple[int, int], data: np.ndarray, row: np.ndarray, col: np.ndar
     return scipy.sparse.coo_array((data, (row, col)), shape=shape)
 
 
-def _dia(shape: tuple[int, int], data: np.ndarray, offsets: np.ndarray) -> Any:
+def _dia(shape: tuple[int, int], data: np.ndarray, offsets: np.ndarray) -> sparray:
     if data.ndim != 2 or offsets.shape != data.shape[:1] or len(set(offsets.tolist())) < len(data):
         raise InputError(f"data of shape {data.shape} have {offsets.shape} offsets, each once")
     _check_inside("offsets", offsets + shape[0] - 1, shape[0] + shape[1] - 1)
@@ -226,7 +227,7 @@ def _check_flat(data: np.ndarray) -> None:
         raise InputError(f"data have the shape {data.shape}, no list")
 
 
-_FORMS: dict[str, tuple[Callable[..., Any], tuple[str, ...]]] = {
+_FORMS: dict[str, tuple[Callable[..., sparray], tuple[str, ...]]] = {
     "csr": (_csr, ("indices", "indptr")),
     "csc": (_csc, ("indices", "indptr")),
     "bsr": (_bsr, ("indices", "indptr")),

@@ -10,12 +10,12 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from .._shared.errors import MissingExtraError
-from ._gate import UnreadableError, seconds
+from ._gate import Json, UnreadableError, seconds
 from ._npz_archive import NpzArchive
 
 SECONDS_OF_WAITING = 60.0
@@ -40,12 +40,12 @@ class ReaderResult(NamedTuple):
     """What a process wrote: arrays by name, metadata, and its complaints."""
 
     arrays: dict[str, np.ndarray]
-    metadata: dict[str, Any]
+    metadata: Json
     complaints: str
 
 
 def run(
-    script: Path, path: Path, library: ReaderLibrary | None = None, **settings: Any
+    script: Path, path: Path, library: ReaderLibrary | None = None, **settings: object
 ) -> ReaderResult:
     """Read a file by `read(path, **settings)` of a script, whose time and memory are limited.
 

@@ -42,10 +42,10 @@ class Format(NamedTuple):
     contents: str
     suffixes: tuple[str, ...]
     reader: str
-    options: Mapping[str, Any] = {}
+    options: Mapping[str, object] = {}
     content: str = ""
 
-    def read(self, path: Path, *others: Any, **options: Any) -> Any:
+    def read(self, path: Path, *others: object, **options: object) -> Any:
         """Read a file; modules of formats are imported here, not before."""
         module, function = self.reader.rsplit(".", 1)
         reader = getattr(importlib.import_module(f".{module}", __package__), function)
@@ -76,7 +76,7 @@ FORMATS = [
 
 
 @arguments_checked
-def read_measurement(path: str | Path, **options: Any) -> Measurement:
+def read_measurement(path: str | Path, **options: object) -> Measurement:
     """Read measured FRFs in SI.
 
     Recorded positions are read as far as the file has them, since an experiment states its own.
@@ -106,7 +106,7 @@ def read_measurement(path: str | Path, **options: Any) -> Measurement:
 
 
 @arguments_checked
-def read_modes(path: str | Path, **options: Any) -> ModalModel:
+def read_modes(path: str | Path, **options: object) -> ModalModel:
     """Read nodes and natural modes in SI.
 
     Parameters
@@ -134,7 +134,7 @@ def read_modes(path: str | Path, **options: Any) -> ModalModel:
 
 
 @arguments_checked
-def read_matrices(path: str | Path, *others: str | Path, **options: Any) -> SystemMatrices:
+def read_matrices(path: str | Path, *others: str | Path, **options: object) -> SystemMatrices:
     """Read stiffness and mass in SI.
 
     Parameters

@@ -1,7 +1,7 @@
 """Laws line by line in files: CSV, and dataset 58 of universal files."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -176,7 +176,7 @@ def _factor(law: Dataset, units: FileUnits) -> float:
 
 
 def _factor_of_side(law: Dataset, side: str, data_type: int, units: FileUnits) -> float:
-    label: Any = law.fields.get(f"{side}_axis_units_lab", "").strip()
+    label = law.fields.get(f"{side}_axis_units_lab", "").strip()
     if label in UNSTATED:
         return units.length if data_type == MOTION else units.force
     known = FACTORS[data_type]

@@ -16,6 +16,7 @@ from . import _modal_arrays
 from ._gate import existing, path_of, reading
 from .arrays import text
 from .uff import measured_modes
+from .uff.measured_modes import Arguments
 
 __all__ = ["of_pyoma2", "read", "write"]
 
@@ -249,7 +250,7 @@ def _of_result(result: object, name: str) -> Any:
     return result.get(name) if isinstance(result, Mapping) else getattr(result, name, None)
 
 
-def _columns(measured: ModalParameters) -> dict[str, list[Any]]:
+def _columns(measured: ModalParameters) -> dict[str, list[object]]:
     values, deviation = measured.values.tolist(), measured.deviation.tolist()
     columns = {
         f"{FREQUENCY} [Hz]": values[0],
@@ -265,7 +266,7 @@ def _columns(measured: ModalParameters) -> dict[str, list[Any]]:
     return columns
 
 
-def _of_table(path: Path) -> dict[str, Any]:
+def _of_table(path: Path) -> Arguments:
     table = text.load(path)
     arrays = table.arrays
     if FREQUENCY not in arrays:
@@ -304,7 +305,7 @@ def _check_units(units: Mapping[str, str]) -> None:
             )
 
 
-def _add_deviations(known: dict[str, Any], relative: Mapping[str, float | None]) -> None:
+def _add_deviations(known: Arguments, relative: Mapping[str, float | None]) -> None:
     """Add the deviations that a file does not state, from relative ones."""
     shape = known["shape"]
     sizes = {
@@ -329,7 +330,7 @@ def _add_deviations(known: dict[str, Any], relative: Mapping[str, float | None])
         known[name + DEVIATION] = share * size
 
 
-def _modal_parameters(known: dict[str, Any]) -> ModalParameters:
+def _modal_parameters(known: Arguments) -> ModalParameters:
     frequency, shape = known.pop(FREQUENCY), known.pop("shape")
     check_kind("natural_frequency", frequency, np.ndarray, "numbers are needed", "one row a mode")
     if shape is not None and np.iscomplexobj(shape):

@@ -255,11 +255,11 @@ def _ended(path: Path, error: BaseException) -> InputError:
     )
 
 
-def _settings() -> dict[str, Any]:
+def _settings() -> dict[str, object]:
     return {name: jax.config.values[name] for name in SETTINGS if name in jax.config.values}
 
 
-def _check_settings(path: Path, before: dict[str, Any]) -> None:
+def _check_settings(path: Path, before: dict[str, object]) -> None:
     """Refuse a changed setting, once it is as it was."""
     changed = {name: value for name, value in _settings().items() if value != before[name]}
     for name in changed:

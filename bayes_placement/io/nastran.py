@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import scipy.sparse
@@ -13,7 +12,7 @@ from .._shared.arguments import arguments_checked
 from .._shared.errors import InputError
 from ..modes.finite_elements.modal_model import ModalModel
 from . import _reader_process
-from ._gate import existing, reading
+from ._gate import Json, existing, reading
 from .matrix_files import SystemMatrices, system_matrices
 
 _READER = Path(__file__).with_name("_nastran_process.py")
@@ -143,7 +142,7 @@ def _matrix(arrays: dict[str, np.ndarray], name: str) -> scipy.sparse.csc_array:
     return scipy.sparse.csc_array((value, (row, column)), shape=tuple(size.tolist()))
 
 
-def _check_tables(found: dict[str, Any]) -> None:
+def _check_tables(found: Json) -> None:
     shapes, unplaced = found["eigenvectors"], found["unplaced"]
     if not found["nodes"] or len(shapes) != 1:
         raise InputError(

@@ -17,6 +17,7 @@ The layout: one array for each name; `read` also understands the names in bracke
 """
 
 import difflib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -135,7 +136,7 @@ def read_nodes(path: str | Path) -> ModelNodes:
         return _model_nodes(Path(path), _arrays(Path(path), wanted, ("position", "dof")))
 
 
-def _model_nodes(path: Path, arrays: dict[str, Any]) -> ModelNodes:
+def _model_nodes(path: Path, arrays: dict[str, np.ndarray]) -> ModelNodes:
     """Nodes and degrees of freedom, once they refer to each other."""
     count, element = len(arrays["position"]), arrays.get("element")
     nodes = ModelNodes(
@@ -237,7 +238,7 @@ def _check_misspelt(path: Path, names: list[str], absent: set[str]) -> None:
             )
 
 
-def _arrays(path: Path, wanted: tuple[str, ...], required: tuple[str, ...]) -> dict[str, Any]:
+def _arrays(path: Path, wanted: Sequence[str], required: Sequence[str]) -> dict[str, np.ndarray]:
     """Arrays of a file by the first of their names, whatever name they have in the file."""
     archive = NpzArchive(path, "nodes and modes")
     aliases = {name: [alias for alias in _NAMES[name] if alias in archive.names] for name in wanted}

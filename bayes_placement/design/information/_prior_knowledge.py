@@ -32,7 +32,7 @@ class IndependentPriors(NamedTuple):
         """Number of scores of a point."""
         return _sampling.dimension(self.distributions)
 
-    def values(self, scores: _sampling.Scores) -> dict[str, Array]:
+    def values(self, scores: Array | np.ndarray) -> dict[str, Array]:
         """Values by name at scores [..., score]."""
         return _sampling.values(self.distributions, scores)
 
@@ -52,7 +52,7 @@ class PosteriorDraws(NamedTuple):
         """One: the score of a draw is its number."""
         return 1
 
-    def values(self, scores: _sampling.Scores) -> dict[str, Array]:
+    def values(self, scores: Array | np.ndarray) -> dict[str, Array]:
         """Values by name at scores [..., 1]."""
         count = len(next(iter(self.draws.values())))
         number = jnp.floor(ndtr(jnp.asarray(scores)[..., 0]) * count).astype(int)

@@ -4,11 +4,10 @@ The spread between replicates gives the error of an estimate from the points.
 """
 
 from collections.abc import Callable, Mapping
-from typing import TypeAlias
 
 import jax
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array
 from numpyro.distributions import Distribution
 from scipy.special import ndtri
 
@@ -17,8 +16,6 @@ from ...inference.coordinates import Coordinates
 
 SAMPLINGS = ("sobol", "plain")
 """Scrambled Sobol points, or independent draws as in the paper."""
-
-Scores: TypeAlias = Float[Array | np.ndarray, "*point unknown"]
 
 _EDGE = 1e-12  # nearest probability to 0 and 1
 
@@ -56,7 +53,9 @@ def _sobol(count: int, dimension: int, random: np.random.Generator) -> np.ndarra
     return np.hstack([normal, random.standard_normal((count, dimension - sobol))])
 
 
-def values(distributions: Mapping[str, Distribution], normal: Scores) -> dict[str, Array]:
+def values(
+    distributions: Mapping[str, Distribution], normal: Array | np.ndarray
+) -> dict[str, Array]:
     """Values by name at scores [..., unknown]; the distributions may be traced."""
     function: Callable[..., dict[str, Array]] = Coordinates(distributions).values
     for _ in range(normal.ndim - 1):

@@ -1,7 +1,6 @@
 """Reads HDF5 and MATLAB 7.3 by h5py and pymatreader, in a separate process: see `_child.py`."""
 
 from collections.abc import Iterator
-from typing import Any
 
 import h5py
 import numpy as np
@@ -24,7 +23,7 @@ class RefusedHDF5File(Exception):  # noqa: N818, its name is the word that peopl
     """A file that is not read; the process that asked for it makes our error of its words."""
 
 
-def read(path: str, most: int) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def read(path: str, most: int) -> tuple[dict[str, np.ndarray], dict[str, object]]:
     """Arrays by name, with the units that are stated with them and what was left out.
 
     Where they announce more than so many bytes, these are told and no array is read.
@@ -49,7 +48,7 @@ def read(path: str, most: int) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
 
 
 def _datasets(
-    group: h5py.Group, prefix: str, faults: dict[str, str], seen: set[Any], depth: int
+    group: h5py.Group, prefix: str, faults: dict[str, str], seen: set[int], depth: int
 ) -> Iterator[tuple[str, h5py.Dataset]]:
     """Datasets by name; no link is followed that leaves the file or comes back to a group."""
     if depth > DEEPEST or len(seen) > MOST_OBJECTS:
@@ -121,7 +120,7 @@ def _text(value: object) -> str:
 
 def _matlab(
     path: str, names: list[str], faults: dict[str, str]
-) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+) -> tuple[dict[str, np.ndarray], dict[str, object]]:
     """Variables of MATLAB; a cell points to the references, all of which must be readable."""
     import pymatreader
 

@@ -16,7 +16,7 @@ from ...experiment.experiment import Experiment
 from ...laws.typed import typed
 from ...modes.ports import MOTIONS
 from ...positions.channel import Channel, checked
-from .._gate import is_number
+from .._gate import Json, is_number
 from ._json_fields import CaseError, FieldRule, JsonObject, choice, integer
 
 FIELD = "effects"
@@ -55,11 +55,10 @@ def _network(experiment: Experiment, stated: JsonObject, kind: str) -> Effect:
     values = {name: stated.value(name, rule) for name, rule in SETTINGS.items() if stated.has(name)}
     settings = {name: tuple(v) if isinstance(v, list) else v for name, v in values.items()}
     law, name = typed(stated.value("law", LAW)), stated.value("name", NAME)
-    network: Effect = made(*(pieces[n - 1] for n in numbers), law, name=name, **settings)
-    return network
+    return made(*(pieces[n - 1] for n in numbers), law, name=name, **settings)
 
 
-def stated_effects(experiment: Experiment, effects: Sequence[Effect]) -> list[dict[str, Any]]:
+def stated_effects(experiment: Experiment, effects: Sequence[Effect]) -> list[Json]:
     """Return effects, in the order in which they are added to an experiment, as a case states them.
 
     They are default candidates under any names, and networks at ports anywhere on a piece.
@@ -72,11 +71,11 @@ def stated_effects(experiment: Experiment, effects: Sequence[Effect]) -> list[di
     return stated
 
 
-def _stated_candidate(experiment: Experiment, effect: Effect) -> dict[str, Any]:
+def _stated_candidate(experiment: Experiment, effect: Effect) -> Json:
     return {"kind": kind_of(effect), "candidate": 1 + candidate_place(experiment, effect)}
 
 
-def _stated_network(experiment: Experiment, effect: Any) -> dict[str, Any]:
+def _stated_network(experiment: Experiment, effect: Any) -> Json:
     pieces = [_leaves(piece) for piece in experiment.structure.modes.anywhere()]
     places = [_leaves(getattr(effect, field)) for field in effect.place_fields]
     law, has_footprint = repr(effect.law), getattr(effect, "footprint", None) is not None
@@ -102,8 +101,7 @@ def _held(candidate: Effect, experiment: Experiment) -> Effect:
     """An effect as an experiment holds it: on sensors and actuators by their numbers."""
     if not isinstance(candidate, InstrumentEffect):
         return candidate
-    held: Effect = candidate.numbered(experiment.instruments).on(experiment.structure.modes)
-    return held
+    return candidate.numbered(experiment.instruments).on(experiment.structure.modes)
 
 
 def _no_text(effect: Effect) -> InputError:
@@ -113,12 +111,12 @@ def _no_text(effect: Effect) -> InputError:
     )
 
 
-def _content(effect: Effect) -> tuple[list[str], Any]:
+def _content(effect: Effect) -> tuple[list[str], object]:
     """Numbers and priors of an effect, and what is fixed of it but its name."""
     return _leaves(replace(effect, name=kind_of(effect)))
 
 
-def _leaves(tree: object) -> tuple[list[str], Any]:
+def _leaves(tree: object) -> tuple[list[str], object]:
     """Numbers and priors in words, and what is fixed."""
     leaves, fixed = jax.tree.flatten(tree, is_leaf=is_unknown)
     return [described(leaf) if is_unknown(leaf) else str(leaf) for leaf in leaves], fixed

@@ -17,6 +17,7 @@ from ...modes.finite_elements.nodal_modes import NodalModes
 from ...modes.finite_elements.soft_supports import SupportMotion
 from ...positions.names import LONGEST, is_printable
 from ...positions.tolerances import Box, Member, Tolerance
+from ...positions.vectors import Vector
 from .. import matrix_files, npz_modes
 from ._json_fields import CaseError, FieldRule, JsonObject, choice, load, numbers, positive
 from ._runs import inside
@@ -146,7 +147,7 @@ class FiniteElementStructure:
             for member in self.fields.objects("members")
         }
 
-    def _elements_on(self, start: list[Any], end: list[Any]) -> Int[np.ndarray, "element 2"]:
+    def _elements_on(self, start: Vector, end: Vector) -> Int[np.ndarray, "element 2"]:
         """Elements whose nodes all lie on the line between two points."""
         vector = np.subtract(end, start)
         position = self.nodes.position
@@ -220,7 +221,7 @@ def _frame_members(fields: JsonObject) -> dict[str, Tolerance]:
     }
 
 
-def _member(start: list[Any], end: list[Any]) -> Tolerance:
+def _member(start: Vector, end: Vector) -> Tolerance:
     """A member; along an axis a box, whose coordinates say more than a distance does."""
     inclined = np.count_nonzero(np.subtract(end, start)) != 1
     return Member(start, end) if inclined else _box(start, end)
@@ -262,7 +263,7 @@ def _supported_edges(matrices: Matrices, fields: JsonObject) -> dict[str, Suppor
     return motions
 
 
-def _box(start: list[Any], end: list[Any]) -> Box:
+def _box(start: Vector, end: Vector) -> Box:
     return Box(np.add(start, end) / 2, within=np.abs(np.subtract(end, start)) / 2)
 
 

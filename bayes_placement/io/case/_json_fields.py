@@ -4,12 +4,12 @@ import difflib
 import json
 import math
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..._shared.errors import InputError
-from .._gate import LARGEST, is_number, reading, text_in_utf8
+from .._gate import LARGEST, Accepts, Json, is_number, reading, text_in_utf8
 
 _MOST_BYTES = 16 << 20
 _TEXT = re.compile(r'"(?:[^"\\]|\\.)*+"?')
@@ -30,14 +30,14 @@ class FieldRule(NamedTuple):
     """What is allowed in a field: in words, by an example, and as a test."""
 
     needed: str
-    example: Any
-    accepts: Callable[[Any], bool]
+    example: object
+    accepts: Accepts
 
 
 class JsonObject(NamedTuple):
     """A JSON object with its file, its dotted path in the file, and its `id` or `name`."""
 
-    content: dict[str, Any]
+    content: Json
     file: Path
     path: str = ""
     label: str = ""
@@ -74,7 +74,7 @@ class JsonObject(NamedTuple):
 
     def object(self, name: str) -> "JsonObject":
         """Return the object in a required field."""
-        rule = FieldRule("an object {...}", {}, lambda value: isinstance(value, dict))
+        rule = FieldRule("an object {...}", {}, _is_object)
         path = f"{self.path}.{name}" if self.path else name
         return JsonObject(self.value(name, rule), self.file, path)
 
@@ -116,7 +116,7 @@ def load(file: Path) -> JsonObject:
     return JsonObject(content, file)
 
 
-def _parsed(file: Path) -> Any:
+def _parsed(file: Path) -> object:
     """Content of a JSON file, once it is not too large or too deep."""
     if file.stat().st_size > _MOST_BYTES:
         raise CaseError(
@@ -204,9 +204,7 @@ def choice(*texts: str) -> FieldRule:
     return FieldRule(choices, texts[0], lambda value: isinstance(value, str) and value in texts)
 
 
-def numbers(
-    needed: str, example: list[float] | list[int], accepts: Callable[[Any], bool]
-) -> FieldRule:
+def numbers(needed: str, example: list[float] | list[int], accepts: Accepts) -> FieldRule:
     """Allow a list of numbers of the length of the example that passes a test."""
     return FieldRule(
         needed,
@@ -229,18 +227,21 @@ def _numbers_in(value: object) -> Iterator[float]:
         yield value
 
 
-def _are_objects(value: Any, least: int) -> bool:
-    long_enough = isinstance(value, list) and len(value) >= least
-    return long_enough and all(isinstance(entry, dict) for entry in value)
+def _are_objects(value: object, least: int) -> bool:
+    return isinstance(value, list) and len(value) >= least and all(map(_is_object, value))
 
 
-def _label(content: dict[str, Any]) -> str:
+def _is_object(value: object) -> bool:
+    return isinstance(value, dict)
+
+
+def _label(content: Json) -> str:
     name = content.get("id", content.get("name"))
     return name if isinstance(name, str) else ""
 
 
-def _without_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    content: dict[str, Any] = {}
+def _without_duplicates(pairs: list[tuple[str, object]]) -> Json:
+    content: Json = {}
     for name, value in pairs:
         if name in content:
             raise InputError(
@@ -300,7 +301,7 @@ _STRUCTURE = {
 _PRIOR = dict.fromkeys(
     ("type", "low", "high", "mean", "standard_deviation", "median", "log_standard_deviation")
 )
-_MEASUREMENT: dict[str, Any] = {
+_MEASUREMENT = {
     "noise_level": dict.fromkeys(("coherence_factor", "floor", "ratio", "note")),
     "states": dict.fromkeys(("label", "files", "note")),
     **dict.fromkeys(
@@ -322,7 +323,7 @@ _MEASUREMENT: dict[str, Any] = {
         )
     ),
 }
-KNOWN: dict[str, Any] = {
+KNOWN: Mapping[str, object] = {
     **dict.fromkeys(
         ("angle_convention", "angle_prior", "case", "nominal_fe_model", "note", "position_prior")
     ),
@@ -343,26 +344,27 @@ KNOWN: dict[str, Any] = {
 """
 
 
-def check_known(fields: JsonObject, known: dict[str, Any] | None = None) -> None:
+def check_known(fields: JsonObject, known: Mapping[str, object] | None = None) -> None:
     """Refuse a field that is not known: a misspelt one would be ignored."""
     known = KNOWN if known is None else known
     for name, value in fields.content.items():
         if name not in known:
             raise _unknown(fields, name, known)
-        if isinstance(known[name], dict):
+        below = known[name]
+        if isinstance(below, dict):
             for inner in _objects(fields, name, value):
-                check_known(inner, known[name])
+                check_known(inner, below)
 
 
 def _objects(fields: JsonObject, name: str, value: object) -> list[JsonObject]:
     """Objects in a field; what is none is refused where it is read."""
     if isinstance(value, dict):
         return [fields.object(name)]
-    are_objects = isinstance(value, list) and all(isinstance(entry, dict) for entry in value)
+    are_objects = isinstance(value, list) and all(map(_is_object, value))
     return fields.objects(name) if are_objects else []
 
 
-def _unknown(fields: JsonObject, name: str, known: dict[str, Any]) -> CaseError:
+def _unknown(fields: JsonObject, name: str, known: Mapping[str, object]) -> CaseError:
     nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.0)[0]
     return CaseError(
         f"{fields.file}: the field {fields.dotted_path(name)} is not known; the nearest known one "

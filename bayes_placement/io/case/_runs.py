@@ -5,7 +5,7 @@ import os
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from ...experiment._measurement_checks import LINE_TOLERANCE
 from ...experiment.experiment import Experiment
 from ...experiment.measurement import Measurement
 from ...experiment.noise import Noise
+from .._gate import Json
 from ._effects import FIELD, stated_effects
 from ._json_fields import CaseError
 from ._measurement import MeasurementSettings, read_run
@@ -37,7 +38,7 @@ def inside(folder: Path, name: str) -> Path:
     return path
 
 
-def measured_files(folder: Path, content: Mapping[str, Any]) -> Iterator[Path]:
+def measured_files(folder: Path, content: Json) -> Iterator[Path]:
     """Universal files of a case that are there: those that its content names, and of each level."""
     stated = content["measurement"]
     states = [name for state in stated.get("states") or [] for name in state["files"]]
@@ -64,7 +65,7 @@ def write_completed(
 
     `case.json` comes last, so that a folder that has it is complete.
     """
-    content: dict[str, Any] = json.loads((case / CASE).read_text(encoding="utf-8-sig"))
+    content: Json = json.loads((case / CASE).read_text(encoding="utf-8-sig"))
     content[FIELD] = [*(content.get(FIELD) or []), *stated_effects(experiment, effects)]
     folder.mkdir(parents=True)
     for file in measured_files(case, content):

@@ -14,6 +14,7 @@ from ..._shared.files import write_atomically
 from ...experiment.measurement import Measurement
 from ...experiment.quantities import quantity_of
 from ...positions.channel import Channel, match
+from .._gate import Json
 from ..mapped.channel_table import ChannelRow
 from ..uff import node_numbers
 from ..uff import write as write_universal_file
@@ -155,7 +156,7 @@ def _missing(name: str, what: str) -> CaseError:
 
 def _fields(
     measurement: Measurement, channels: Sequence[ChannelRow], stated: Mapping[str, object]
-) -> dict[str, Any]:
+) -> Json:
     nodes = node_numbers(measurement)
     low, high = measurement.frequency[[0, -1]].tolist()
     on_line = stated.get("nominal_fe_model") is None
@@ -172,7 +173,7 @@ def _fields(
     }
 
 
-def _measured(measurement: Measurement, stated: Mapping[str, Any]) -> dict[str, Any]:
+def _measured(measurement: Measurement, stated: Mapping[str, Any]) -> Json:
     if measurement.averages is None:
         raise CaseError(
             "Nothing says of how many averages the FRFs are; a case needs the number, since the "
@@ -201,7 +202,7 @@ def _transducers(
     role: str,
     nodes: Mapping[str, int],
     on_line: bool,
-) -> list[dict[str, Any]]:
+) -> list[Json]:
     """One object for each transducer, with all of its measured directions."""
     transducers = []
     for name in dict.fromkeys(channel.name for channel in measured):

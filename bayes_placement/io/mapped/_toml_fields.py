@@ -4,12 +4,12 @@ import difflib
 import math
 import re
 import tomllib
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..._shared.errors import InputError
-from .._gate import existing, is_number, reading, text_in_utf8
+from .._gate import Accepts, Json, existing, is_number, reading, text_in_utf8
 
 _MOST_BYTES, _MOST_PARTS = 1 << 20, 100
 _DOT = re.compile(r"(?<!\.)\.(?!\.)")
@@ -18,7 +18,7 @@ _DOT = re.compile(r"(?<!\.)\.(?!\.)")
 class TomlTable(NamedTuple):
     """A table of a mapping: its content, and where it stands, for messages."""
 
-    content: dict[str, Any]
+    content: Json
     place: str
     path: str = ""
 
@@ -46,9 +46,7 @@ class TomlTable(NamedTuple):
                     f"be ignored; known are {', '.join(names)}: correct its name."
                 )
 
-    def value(
-        self, name: str, accepts: Callable[[Any], bool], needed: str, example: str
-    ) -> Any | None:
+    def value(self, name: str, accepts: Accepts, needed: str, example: str) -> Any | None:
         """Return a field, None where it is not there."""
         if name not in self.content:
             return None

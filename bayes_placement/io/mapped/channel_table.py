@@ -11,7 +11,7 @@ from ..._shared.errors import InputError
 from ..._shared.reprs import with_short_repr
 from .. import _contents
 from .._frf_units import ANGLE, LENGTH, SensitivityUnit, sensitivity_unit
-from .._gate import check_plausible, existing, reading
+from .._gate import Json, check_plausible, existing, reading
 from ..arrays import text, workbook
 
 Point = tuple[float, float, float]
@@ -106,7 +106,7 @@ def _with_remedy(path: Path) -> Iterator[None]:
         raise type(error)(f"{path}: {error}. {_REMEDY}") from error
 
 
-def of_mapping(place: str, channels: dict[str, Any]) -> list[ChannelRow]:
+def of_mapping(place: str, channels: Json) -> list[ChannelRow]:
     """Read the table `channels` of a mapping, with lengths in m, by the names of transducers."""
     rows = []
     for name, fields in channels.items():

@@ -77,7 +77,7 @@ class Imported(NamedTuple):
 
 
 @arguments_checked
-def read(path: str | Path, mapping: Any = None) -> Imported:
+def read(path: str | Path, mapping: object = None) -> Imported:
     """Read measured FRFs of any file; its first bytes tell the format.
 
     Universal files, MATLAB 5 to 7.3, NumPy archives (.npz), HDF5, columns of text (CSV, TSV,

@@ -3,12 +3,12 @@
 import json
 from collections.abc import Mapping as Dictionary
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from ..._shared.arguments import check_kind
 from ..._shared.errors import InputError
 from ..._shared.reprs import with_short_repr
-from .._gate import is_number
+from .._gate import Json, is_number
 from ._toml_fields import TomlTable, are_texts, is_column, is_text, load
 
 AXES = ("frequency", "sensor", "actuator")
@@ -25,7 +25,6 @@ _PART_NAMES = ("array", "real", "imaginary", "magnitude", "decibel", "degrees", 
 PARTS_NEEDED = (
     "real and imaginary, or magnitude or decibel with degrees or radians, or array (complex)"
 )
-_AS_TOML: dict[str, Any] = {"ensure_ascii": False, "default": str}
 _FRF_FIELDS = (*_PART_NAMES, "axes", "unit", "sensor", "actuator", "coherence")
 _FREQUENCY_FIELDS = ("array", "first", "step", "unit")
 KNOWN = (
@@ -115,7 +114,7 @@ class Mapping(NamedTuple):
     place: str = ""
     folder: Path | None = None
     file: str | None = None
-    channels: str | dict[str, Any] | None = None
+    channels: str | Json | None = None
     frf: tuple[FrfRule, ...] = ()
     unit: str | None = None
     coherence: Column | None = None
@@ -127,10 +126,10 @@ class Mapping(NamedTuple):
     force_level: float | None = None
     length_unit: float | None = None
     conjugate: bool = False
-    case: dict[str, Any] | None = None
+    case: Json | None = None
 
 
-def read(source: Any) -> Mapping:
+def read(source: object) -> Mapping:
     """Read a mapping from a TOML file, or from a dictionary of the same fields."""
     if source is None:
         return Mapping()
@@ -138,7 +137,8 @@ def read(source: Any) -> Mapping:
     check_kind("mapping", source, (str, Path, Dictionary), needed, 'mapping="measured.toml"')
     if isinstance(source, Dictionary):
         return of_table(TomlTable(dict(source), "mapping"), Path())
-    return of_table(load(Path(source)), Path(source).parent)
+    path = Path(str(source))
+    return of_table(load(path), path.parent)
 
 
 def of_table(table: TomlTable, folder: Path) -> Mapping:
@@ -174,7 +174,7 @@ def _file_name(table: TomlTable, name: str, example: str) -> str | None:
     )
 
 
-def _channels(table: TomlTable) -> str | dict[str, Any] | None:
+def _channels(table: TomlTable) -> str | Json | None:
     if _is_table(table.content.get("channels")):
         return table.content["channels"]
     return _file_name(table, "channels", "channels.xlsx")
@@ -201,9 +201,7 @@ def _frf_rule(table: TomlTable, unit: str | None, *, pair: bool) -> FrfRule:
     if names not in PARTS:
         raise _incomplete(table, names)
     needed = "the name of an array, or the number of a column from 1,"
-    parts: dict[str, Any] = {
-        name: table.value(name, is_column, needed, f'{name} = "H"') for name in names
-    }
+    parts: Json = {name: table.value(name, is_column, needed, f'{name} = "H"') for name in names}
     channels = {"sensor", "actuator"} & table.content.keys()
     if len(channels) == 1 or (pair and not channels):
         raise table.error(
@@ -226,13 +224,16 @@ def _incomplete(table: TomlTable, names: tuple[str, ...]) -> InputError:
     needed = next((parts for parts in PARTS if len({*parts} & {*names}) == 1), PARTS[1])
     examples = {"real": "Re", "imaginary": "Im", "array": "H"}
     line = ", ".join(
-        f"{part} = {json.dumps(table.content.get(part, examples.get(part, part)), **_AS_TOML)}"
-        for part in needed
+        f"{part} = {_as_toml(table.content.get(part, examples.get(part, part)))}" for part in needed
     )
     return InputError(
         f"{table.place}: {table.path} names {' and '.join(names) or 'no array'}; one of these is "
         f"needed, since FRFs are complex: {PARTS_NEEDED}. For example, write {line} there."
     )
+
+
+def _as_toml(value: object) -> str:
+    return json.dumps(value, ensure_ascii=False, default=str)
 
 
 def _axes(table: TomlTable) -> tuple[str, ...] | None:
@@ -245,7 +246,7 @@ def _axes(table: TomlTable) -> tuple[str, ...] | None:
     return None if value is None else tuple(value)
 
 
-def _coherence(table: TomlTable) -> dict[str, Any]:
+def _coherence(table: TomlTable) -> Json:
     if not _is_table(table.content.get("coherence")):
         needed = "the name of an array, or a table with `array` and `axes`,"
         return {"coherence": table.value("coherence", is_column, needed, 'coherence = "C"')}

@@ -8,11 +8,11 @@ Arrays `frf` (sensor, actuator, frequency; in SI), `frequency` [Hz], `sensors`, 
 
 import re
 from pathlib import Path
-from typing import Any
 
 from ..._shared.errors import InputError
 from ...experiment.quantities import QUANTITIES
 from .._frf_units import plain
+from .._gate import Json
 from ..arrays.named_arrays import NamedArrays
 from ..arrays.text import split_unit
 from ._headings import WORDS, part_of
@@ -34,11 +34,11 @@ def own_mapping(source: NamedArrays, unit: str | None) -> Mapping:
     return _mapping(source, {**fields, **({"unit": unit} if unit else {})})
 
 
-def _mapping(source: NamedArrays, fields: dict[str, Any]) -> Mapping:
+def _mapping(source: NamedArrays, fields: Json) -> Mapping:
     return of_table(TomlTable(fields, f"{source.path}, by its own names"), source.path.parent)
 
 
-def _frequency(source: NamedArrays) -> dict[str, Any]:
+def _frequency(source: NamedArrays) -> Json:
     name = next((name for name in source.arrays if name.lower() == "frequency"), None)
     return {} if name is None else {"frequency": name}
 
@@ -70,11 +70,11 @@ def _check_units(mapping: Mapping, known: Mapping, path: Path) -> None:
             )
 
 
-def _of_named_arrays(source: NamedArrays) -> dict[str, Any]:
+def _of_named_arrays(source: NamedArrays) -> Json:
     if not set(_ARRAY_NAMES) <= source.arrays.keys():
         return {}
     axes = ["sensor", "actuator", "frequency"]
-    fields: dict[str, Any] = {
+    fields: Json = {
         "frf": {"array": "frf", "axes": axes, "unit": _unit(str(source.arrays["quantity"]))},
         "frequency": {"array": "frequency", "unit": "Hz"},
         "sensors": "sensors",
@@ -94,7 +94,7 @@ def _unit(quantity: str) -> str:
     return units.get(quantity.strip(), quantity.strip() or "none")
 
 
-def _of_columns(source: NamedArrays) -> dict[str, Any]:
+def _of_columns(source: NamedArrays) -> Json:
     """FRFs of which each pair has columns that say its parts."""
     pairs: dict[tuple[str, str], dict[str, str]] = {}
     for name in source.arrays:

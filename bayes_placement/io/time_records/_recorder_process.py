@@ -9,17 +9,17 @@ TIMES = "times of group {}"
 _EPOCH = np.datetime64("1970-01-01T00:00:00")
 
 
-def read(path: str, extra: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def read(path: str, extra: str) -> tuple[dict[str, np.ndarray], dict[str, dict[str, object]]]:
     """Samples by name, with what the file states of them, and what was left out."""
     return {"tdms": _tdms, "mdf": _mdf}[extra](path)
 
 
-def _tdms(path: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def _tdms(path: str) -> tuple[dict[str, np.ndarray], dict[str, dict[str, object]]]:
     """Samples by `group/channel`, with units, rates, starts [s] and what was left out."""
     from nptdms import TdmsFile
 
     arrays: dict[str, np.ndarray] = {}
-    metadata: dict[str, Any] = {"units": {}, "rates": {}, "starts": {}, "faults": {}}
+    metadata: dict[str, dict[str, object]] = {"units": {}, "rates": {}, "starts": {}, "faults": {}}
     for group in TdmsFile.read(path).groups():
         for channel in group.channels():
             name = f"{group.name}/{channel.name}"
@@ -42,12 +42,12 @@ def _start(properties: Mapping[str, Any]) -> float:
     return (date - _EPOCH) / np.timedelta64(1, "s") + properties.get("wf_start_offset", 0.0)
 
 
-def _mdf(path: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def _mdf(path: str) -> tuple[dict[str, np.ndarray], dict[str, dict[str, object]]]:
     """Samples by name and times by group, with units, groups and what was left out."""
     from asammdf import MDF
 
     arrays: dict[str, np.ndarray] = {}
-    metadata: dict[str, Any] = {"units": {}, "groups": {}, "faults": {}}
+    metadata: dict[str, dict[str, object]] = {"units": {}, "groups": {}, "faults": {}}
     with MDF(path) as file:
         for name, places in file.channels_db.items():
             if len(places) > 1:

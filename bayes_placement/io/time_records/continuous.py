@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from jaxtyping import Complex
@@ -50,7 +49,7 @@ class Continuous(Excitation):
 
     segment: float | int = field(metadata=unit("s"))
     overlap: float | int = 0.5
-    window: Any = "hann"
+    window: object = "hann"
 
     def __post_init__(self) -> None:
         """Check the numbers."""

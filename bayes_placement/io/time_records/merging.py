@@ -1,7 +1,6 @@
 """Measurements of other places on the same lines, such as those of a roving hammer, as one."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -39,7 +38,7 @@ def merged(measurements: Sequence[Measurement]) -> Measurement:
     >>> [channel.name for channel in bp.time_records.merged([measured, other]).actuators]
     ['a1', 'a2']
     """
-    check_annotated("measurements", measurements, Sequence[Any])
+    check_annotated("measurements", measurements, Sequence[object])
     runs = list(measurements)
     needed = "measurements on the same lines are needed, since they become one"
     for run in runs:

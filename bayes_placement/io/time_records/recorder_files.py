@@ -6,7 +6,6 @@ import warnings
 from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from scipy.io import wavfile
@@ -14,7 +13,7 @@ from scipy.io import wavfile
 from ..._shared.errors import InputError
 from ...positions.channel import Channel
 from .. import _reader_process
-from .._gate import reading
+from .._gate import Json, reading
 from ..uff._datasets import FUNCTION, Dataset, MeasurementFileError
 from ..uff._datasets import load as datasets_of
 from .clock import Sampled, check_starts, rate_of_times
@@ -44,9 +43,7 @@ def load_mdf(path: Path, names: Iterable[str]) -> Sampled:
     )
 
 
-def _read(
-    path: Path, form: str, library: str, extra: str
-) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def _read(path: Path, form: str, library: str, extra: str) -> tuple[dict[str, np.ndarray], Json]:
     """Arrays by name, and what else the file states."""
     with reading(path, form, "Export it again."):
         needed = _reader_process.ReaderLibrary(library, extra)

@@ -86,11 +86,11 @@ def positive(argument: str, value: object, instead: str) -> float:
     return number
 
 
-def _by_sensor(response: Any, count: int, force: object) -> Sequence[Any]:
+def _by_sensor(response: Any, count: int, force: object) -> Sequence[object]:
     """Responses of each sensor; those of a single one may come as the force does."""
     if count == 1 and _depth(response) == _depth(force):
         return [response]
-    check_annotated("response", response, Sequence[Any])
+    check_annotated("response", response, Sequence[object])
     if len(response) != count:
         raise InputError(
             f"The responses have {len(response)} rows for {count} sensor channels; one row for "

@@ -6,14 +6,14 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ..._shared.errors import InputError
 from .._contents import WIDE, decoded, is_wide
 from .._gate import existing
-from ._decode import DECODERS, HEAD_LINES, LAYOUT, FormatError, function, function_head
+from ._decode import DECODERS, HEAD_LINES, LAYOUT, Fields, FormatError, function, function_head
 
 NODES, UNITS, FUNCTION, DATA_AT_NODES = (15, 2411), 164, 58, 55
 
@@ -25,7 +25,7 @@ _DELIMITER_AFTER_BINARY = re.compile(rb" {4}-1 *\r?$", re.MULTILINE)
 _ONLY_NUMBERS = re.compile(r"\s*([+-]?[\d.]++([eEdD][+-]?\d++)?+\s*+)++")
 _NOTHING = b"\x1a \0\r\n\t"  # an end of file of old systems, and blanks
 
-Wanted = Callable[[dict[str, Any]], bool]
+Wanted = Callable[[Fields], bool]
 
 
 class MeasurementFileError(InputError):
@@ -43,7 +43,7 @@ class Dataset(NamedTuple):
 
     place: str
     number: int
-    fields: dict[str, Any]
+    fields: Fields
 
 
 class DatasetBytes(NamedTuple):
@@ -55,7 +55,7 @@ class DatasetBytes(NamedTuple):
 
     number: int
     identity: bytes
-    content: Any
+    content: bytes | mmap.mmap
     start: int
     values_start: int
     end: int
@@ -139,7 +139,7 @@ def described(path: Path) -> str:
     return f"holds {held}{read_as}"
 
 
-def _decoded(block: DatasetBytes, place: str) -> dict[str, Any]:
+def _decoded(block: DatasetBytes, place: str) -> Fields:
     """Fields of a dataset, each of which is in its columns, or in binary of the usual kind."""
     if block.binary:
         order, form = block.identity[7:13].strip(), block.identity[13:19].strip()
@@ -179,7 +179,7 @@ def _decoding(number: int, place: str) -> Iterator[None]:
 
 def blocks_of(path: Path) -> Iterator[DatasetBytes]:
     """All datasets by their delimiters."""
-    data: Any = b""
+    data: bytes | mmap.mmap = b""
     if path.stat().st_size:
         with path.open("rb") as file:
             data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
@@ -199,7 +199,7 @@ def blocks_of(path: Path) -> Iterator[DatasetBytes]:
     _check_between(data[end:], path, number)
 
 
-def _block(data: Any, start: int, place: str) -> tuple[DatasetBytes, int]:
+def _block(data: bytes | mmap.mmap, start: int, place: str) -> tuple[DatasetBytes, int]:
     """Dataset whose line with the number begins at an offset, and where it is closed."""
     identity, start = _line(data, start)
     number, binary = _number(identity, place), identity[6:7].lower() == b"b"
@@ -231,7 +231,7 @@ def _check_between(content: bytes, path: Path, blocks: int) -> None:
     )
 
 
-def _line(data: Any, start: int) -> tuple[bytes, int]:
+def _line(data: bytes | mmap.mmap, start: int) -> tuple[bytes, int]:
     """Line that begins at an offset, and the offset of the next line."""
     end = data.find(b"\n", start)
     end = len(data) if end < 0 else end
@@ -250,7 +250,7 @@ def _number(identity: bytes, place: str) -> int:
     )
 
 
-def _binary_values(data: Any, start: int, place: str) -> tuple[int, int]:
+def _binary_values(data: bytes | mmap.mmap, start: int, place: str) -> tuple[int, int]:
     """Offsets at which the values of dataset 58b begin and end, by its seventh record.
 
     The number of bytes in the first line is not used: common writers, pyuff among them, put the

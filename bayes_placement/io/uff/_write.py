@@ -1,7 +1,7 @@
 """Write a measurement as a universal file (datasets 164, 2411, and 58 or 58b), with notes."""
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,6 +12,7 @@ from ..._shared.errors import InputError
 from ..._shared.files import write_atomically
 from ...experiment.measurement import Measurement
 from ...positions.channel import Channel, check_distinct
+from .._gate import Accepts, Json
 from ._datasets import VARIANCE_NOTE, Dataset, MeasurementFileError
 from ._units import FORCE_TYPE, FREQUENCY_TYPE, stated_for
 
@@ -163,7 +164,7 @@ def _identity(measurement: Measurement, title: str, pair: tuple[Channel, Channel
     return [f"{line:<80}" for line in (heading, "NONE", "NONE", note, _note(names))]
 
 
-def _note(content: dict[str, Any]) -> str:
+def _note(content: Json) -> str:
     text = json.dumps(content) if content else "NONE"
     if len(text) > _ID_WIDTH:
         raise InputError(
@@ -254,7 +255,7 @@ def _check_digits(frequency: np.ndarray) -> None:
         )
 
 
-def note_of(dataset: Dataset, line: str) -> dict[str, Any]:
+def note_of(dataset: Dataset, line: str) -> Json:
     """Return the note that `write` recorded in an ID line as JSON; empty for any other text."""
     text = dataset.fields[line].strip()
     try:
@@ -265,7 +266,7 @@ def note_of(dataset: Dataset, line: str) -> dict[str, Any]:
     return note
 
 
-def _check_note(dataset: Dataset, line: str, note: dict[str, Any]) -> None:
+def _check_note(dataset: Dataset, line: str, note: Json) -> None:
     """Refuse a note that `write` does not make: a changed one names the wrong channels."""
     for name, value in note.items():
         if name in _NOTES and not _NOTES[name](value):
@@ -286,7 +287,7 @@ def _is_force(value: Any) -> bool:
     return value is None or (is_number and 0 < value < np.inf)
 
 
-_NOTES: dict[str, Callable[[Any], bool]] = {
+_NOTES: dict[str, Accepts] = {
     "names": _are_names,
     "averages": lambda value: value is None or (type(value) is int and value >= 1),
     "force_level": _is_force,

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -17,6 +17,9 @@ ALIKE = 1e-2
 
 _MOTIONS = (8, 11, 12)  # displacement, velocity, acceleration: the same shape at one frequency
 
+Arguments: TypeAlias = dict[str, Any]
+"""Arguments of `ModalParameters`, by name."""
+
 
 def holds_modes_alone(path: Path) -> bool:
     """Whether a universal file has data at nodes (dataset 55) and no functions (58)."""
@@ -24,7 +27,7 @@ def holds_modes_alone(path: Path) -> bool:
     return DATA_AT_NODES in kinds and FUNCTION not in kinds
 
 
-def load(path: Path, names: Mapping[int, str], poles: str | None = None) -> dict[str, Any]:
+def load(path: Path, names: Mapping[int, str], poles: str | None = None) -> Arguments:
     """Read the modes of a universal file as arguments of `ModalParameters`, without deviations.
 
     Sensors are named by the number of the node; poles of complex modes are in `rad/s` or `Hz`.
