@@ -13,15 +13,7 @@ from .._shared.errors import InputError
 from .._shared.reprs import noun_html
 from .._shared.sites import Role, owners, settled
 from ..effects.amplitude_attachment import AmplitudeAttachment
-from ..effects.effect import (
-    Effect,
-    GlobalChange,
-    Hinged,
-    Modulus,
-    Omega,
-    OnPorts,
-    StructureEffect,
-)
+from ..effects.effect import Effect, GlobalChange, Hinged, Modulus, Omega, OnPorts, StructureEffect
 from ..modes.hinges import with_compliance
 from ..modes.modes import Modes
 from ..positions.names import checked_name
@@ -63,11 +55,7 @@ class Structure(eqx.Module):
     effects: OrderedDict[str, StructureEffect] = eqx.field(metadata=owners(Role.PARAMETER))
 
     def __init__(
-        self,
-        modes: Modes,
-        *,
-        damping: Damping,
-        effects: Mapping[str, Effect] = OrderedDict(),
+        self, modes: Modes, *, damping: Damping, effects: Mapping[str, Effect] = OrderedDict()
     ):
         check_kind(
             "modes",

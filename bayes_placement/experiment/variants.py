@@ -18,6 +18,7 @@ from .modal_parameters import ModalParameters
 from .model_error import Embedded
 from .noise import Covariance, FromVariance, Gaussian, Noise
 from .observe import ModalData
+from .structure import is_dict
 from .transducers import Sensor, Transducer
 
 
@@ -69,12 +70,7 @@ def with_more_sensors(experiment: Experiment, count: int) -> Experiment:
     sensors = OrderedDict(experiment.sensor)
     for name in itertools.islice(free, count):
         sensors[name] = _like(last, name).on(experiment.structure.modes)
-    return eqx.tree_at(
-        lambda tree: tree.sensor,
-        experiment,
-        sensors,
-        is_leaf=lambda leaf: isinstance(leaf, dict),
-    )
+    return eqx.tree_at(lambda tree: tree.sensor, experiment, sensors, is_leaf=is_dict)
 
 
 def _like(sensor: Sensor, name: str) -> Sensor:

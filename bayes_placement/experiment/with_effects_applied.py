@@ -15,14 +15,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Complex
 
 from ..effects.beyond_prior import BeyondPrior
-from ..effects.effect import (
-    Effect,
-    GlobalChange,
-    Hinged,
-    Modulus,
-    Omega,
-    OnPorts,
-)
+from ..effects.effect import Effect, GlobalChange, Hinged, Modulus, Omega, OnPorts
 from ..effects.instrument_effect import InstrumentEffect
 from ..modes.beams.waveguide import Waveguide
 from ..modes.ports import PortLaw

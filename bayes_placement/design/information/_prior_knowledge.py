@@ -8,7 +8,6 @@ import jax.numpy as jnp
 import numpy as np
 from jax.scipy.special import ndtr
 from jaxtyping import Array
-from numpyro.distributions import Distribution
 
 from ..._shared.errors import InputError
 from ..._shared.sites import Role, Unknown
@@ -20,7 +19,7 @@ from . import _sampling
 class IndependentPriors(NamedTuple):
     """Distributions of independent unknowns, by name."""
 
-    distributions: dict[str, Distribution]
+    distributions: _sampling.Priors
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -3,7 +3,8 @@
 The spread between replicates gives the error of an estimate from the points.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from typing import TypeAlias
 
 import jax
 import numpy as np
@@ -16,6 +17,8 @@ from ...inference.coordinates import Coordinates
 
 SAMPLINGS = ("sobol", "plain")
 """Scrambled Sobol points, or independent draws as in the paper."""
+
+Priors: TypeAlias = dict[str, Distribution]
 
 _EDGE = 1e-12  # nearest probability to 0 and 1
 
@@ -53,9 +56,7 @@ def _sobol(count: int, dimension: int, random: np.random.Generator) -> np.ndarra
     return np.hstack([normal, random.standard_normal((count, dimension - sobol))])
 
 
-def values(
-    distributions: Mapping[str, Distribution], normal: Array | np.ndarray
-) -> dict[str, Array]:
+def values(distributions: Priors, normal: Array | np.ndarray) -> dict[str, Array]:
     """Values by name at scores [..., unknown]; the distributions may be traced."""
     function: Callable[..., dict[str, Array]] = Coordinates(distributions).values
     for _ in range(normal.ndim - 1):
@@ -63,7 +64,7 @@ def values(
     return function(normal)
 
 
-def dimension(distributions: Mapping[str, Distribution]) -> int:
+def dimension(distributions: Priors) -> int:
     """Number of scores that the distributions take."""
     return Coordinates(distributions).dimension
 

@@ -12,7 +12,6 @@ import numpy as np
 from jax.scipy.special import logsumexp
 from jax.typing import ArrayLike
 from jaxtyping import Array, Bool, Float
-from numpyro.distributions import Distribution
 
 from ..._shared.arguments import check_count, check_fields
 from ..._shared.errors import InfeasibleError
@@ -22,6 +21,7 @@ from ...experiment.experiment import Experiment
 from ...experiment.noise import Noise
 from ...inference.alternative_explanation import JointDraws, draws_of
 from ._prior_knowledge import posterior_means
+from ._sampling import Priors
 
 
 class InformationWarning(UserWarning):
@@ -125,9 +125,7 @@ class GainAboutParameters(Estimator):
         return posterior_means(self.after)
 
 
-def placement_distributions(
-    experiment: Experiment, known: Collection[str] = ()
-) -> dict[str, Distribution]:
+def placement_distributions(experiment: Experiment, known: Collection[str] = ()) -> Priors:
     """Distribution of what is no parameter and not known, by name.
 
     That is each coordinate and angle of the placement, and the model error.

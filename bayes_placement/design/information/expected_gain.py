@@ -155,9 +155,7 @@ def _gain(
         return kernels.log_density(data)
 
     log_likelihood = jax.lax.map(
-        lambda pair: log_density(pair[0], pair[1][None])[0],
-        (truth.parameters, y),
-        batch_size=BATCH,
+        lambda pair: log_density(pair[0], pair[1][None])[0], (truth.parameters, y), batch_size=BATCH
     )
     log_densities = jax.lax.map(lambda values: log_density(values, y), parameters, batch_size=BATCH)
     evidence = logsumexp(log_densities, axis=0) - jnp.log(log_densities.shape[0])

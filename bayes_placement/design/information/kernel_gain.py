@@ -1,7 +1,7 @@
 """The paper's estimate of the information gain (Table 1), by kernel densities of the response."""
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, TypeAlias, TypeVar
+from typing import NamedTuple, TypeVar
 
 import equinox as eqx
 import jax
@@ -28,9 +28,6 @@ MOST_SUMMANDS = 4
 RANGE = 30
 """Powers of two up to which single precision needs no scale: squares of outputs do not overflow."""
 
-
-Target: TypeAlias = tuple[Float[Array, "*output"], Float[Array, "*output"], Kernel]
-"""Nominal outputs, their variance, and the kernel."""
 
 Numbers = TypeVar("Numbers", Array, np.ndarray)
 
@@ -215,7 +212,9 @@ def _by_products(experiment: Experiment, draws: _Draws, kernel: _KernelName) -> 
     )
 
 
-def _scaled_target(at: Experiment, nominal: Values, kernel: _KernelName) -> tuple[Array, Target]:
+def _scaled_target(
+    at: Experiment, nominal: Values, kernel: _KernelName
+) -> tuple[Array, tuple[Array, Array, Kernel]]:
     """Scale of the FRFs, and in that unit the nominal outputs, their variance, the kernel."""
     frf = at.fix(nominal).frf()
     unit = _power_of_two(jnp.abs(frf).max())
@@ -255,7 +254,7 @@ def _log_likelihoods(
     residues: Float[Array, "sensor actuator product placement"],
     varies: np.ndarray,
     spectra: tuple[Array, Array],
-    target: Target,
+    target: tuple[Array, Array, Kernel],
 ) -> Float[Array, "draw"]:
     """Log likelihood of each draw of the parameters, a batch of them at a time."""
     varying, constant = spectra

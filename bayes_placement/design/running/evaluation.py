@@ -65,10 +65,7 @@ LEAST_SHARED = 16
 
 
 def run(
-    chunks: Sequence[Chunk],
-    executor: Executor | None,
-    store: str | Path | None,
-    progress: Progress,
+    chunks: Sequence[Chunk], executor: Executor | None, store: str | Path | None, progress: Progress
 ) -> Generator[Computed, None, None]:
     """Results of all chunks, in any order; those in the store are read, not computed.
 

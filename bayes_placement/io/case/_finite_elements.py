@@ -141,8 +141,7 @@ class FiniteElementStructure:
         """Geometric stiffness of each member."""
         return {
             str(member.content["name"]): interpolation.frame_geometric_stiffness(
-                self.matrices,
-                self._elements_on(member.content["start"], member.content["end"]),
+                self.matrices, self._elements_on(member.content["start"], member.content["end"])
             )
             for member in self.fields.objects("members")
         }

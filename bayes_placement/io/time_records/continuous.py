@@ -111,11 +111,7 @@ def _check_window(window: object) -> None:
 
 def _segments(row: Samples, window: Samples, shift: int) -> Complex[np.ndarray, "repeat frequency"]:
     _, _, spectra = signal.spectrogram(
-        row,
-        window=window,
-        noverlap=window.size - shift,
-        detrend="constant",
-        mode="complex",
+        row, window=window, noverlap=window.size - shift, detrend="constant", mode="complex"
     )
     return np.asarray(spectra.T)
 

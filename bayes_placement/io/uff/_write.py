@@ -176,10 +176,7 @@ def _note(content: Json) -> str:
 
 
 def _pair(
-    function_type: _FunctionType,
-    pair: tuple[Channel, Channel],
-    nodes: dict[str, int],
-    number: int,
+    function_type: _FunctionType, pair: tuple[Channel, Channel], nodes: dict[str, int], number: int
 ) -> str:
     ends = (f"{'NONE':>10}{nodes[channel.name]:10d}{channel.direction:4d}" for channel in pair)
     return f"{function_type.number:5d}{number:10d}{0:5d}{0:10d} {' '.join(ends)}"
