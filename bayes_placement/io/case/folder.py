@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpyro.distributions import Normal, Uniform
@@ -11,6 +11,7 @@ from ..._shared.dimensions import Parameter
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.observe import Complex
 from ...experiment.transducers import Actuator, Sensor
+from ...positions.at import At
 from ...positions.channel import Channel
 from ...positions.tolerances import Box, Segment
 from .._gate import is_number, path_of, reading
@@ -203,7 +204,7 @@ def directions_rule(nominal: NominalStructure) -> FieldRule:
     )
 
 
-def position(transducer: RecordedTransducer, nominal: NominalStructure) -> Any:
+def position(transducer: RecordedTransducer, nominal: NominalStructure) -> At:
     """Position of a transducer with its tolerance; a number where the tolerance is zero."""
     if isinstance(nominal, FiniteElementStructure):
         return Box(transducer.position, within=transducer.fields.value("tolerance_m", _TOLERANCES))
