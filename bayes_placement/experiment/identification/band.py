@@ -5,7 +5,7 @@ elsewhere, are free in each pair. About a resonance an FRF of displacement, velo
 is of this one form, and no power of i omega is needed.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from jaxtyping import Complex, Float, Inexact
@@ -25,6 +25,7 @@ ROUNDING = 1e-24
 
 Poles = Complex[np.ndarray, "pole"]
 Lines = Complex[np.ndarray, "pair frequency"]
+Place = TypeVar("Place", complex, Poles)
 
 
 class Band(NamedTuple):
@@ -54,7 +55,7 @@ class Band(NamedTuple):
         """Lines over the band: from -1 to 1."""
         return (self.frequency - self.middle) / self.half
 
-    def hertz(self, place: Complex[np.ndarray, "*pole"]) -> Complex[np.ndarray, "*pole"]:
+    def hertz(self, place: Place) -> Place:
         """Poles at places, over 2 pi i [Hz]: their sizes are the natural frequencies."""
         return self.middle + self.half * place
 
