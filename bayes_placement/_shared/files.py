@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from .errors import WritingError
 
@@ -17,6 +17,9 @@ try:
     import fcntl
 except ImportError:  # Windows: files cannot be locked so, and leftovers stay
     fcntl = None  # type: ignore[assignment]
+
+Json: TypeAlias = dict[str, Any]
+"""An object of JSON by the names of its fields."""
 
 UNFINISHED = ".unfinished-"
 """Part of the names of files that are still being written, or were when their process ended."""

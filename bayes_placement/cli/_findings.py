@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
+from .._shared.files import Json
 from .._shared.labels import ABOUT, AS_DRAWN
 from ..criticism.check.misfit import Misfit
 from ..criticism.findings.findings import Model, draws_of_result, findings, models_of
@@ -16,7 +17,6 @@ from ..design.next_measurement import next_measurement
 from ..experiment.experiment import Experiment, Measurements
 from ..inference.alternative_explanation import draws_of
 from ..inference.results import warnings_of
-from ._result_folder import Json
 
 FINDINGS = "findings.nc"
 """Name of the file."""

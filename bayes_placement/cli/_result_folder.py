@@ -12,16 +12,13 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import typer
 
 from .._shared.errors import UsageError
-from .._shared.files import UNFINISHED, delete_leftovers, lock
+from .._shared.files import UNFINISHED, Json, delete_leftovers, lock
 from ._streams import printable
-
-Json: TypeAlias = dict[str, Any]
-"""An object of a JSON file."""
 
 RESULTS = Path("results")
 """Folder of the results of all models."""

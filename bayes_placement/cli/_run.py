@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
-from .._shared.files import write_atomically, write_csv, write_json
+from .._shared.files import Json, write_atomically, write_csv, write_json
 from .._shared.parts import begun_in_helper
 from ..experiment.modal_parameters import ModalParameters
 from ..inference.record import now, versions
@@ -15,7 +15,7 @@ from ..io import modal_parameters, netcdf
 from ..io.laws import write_law
 from ._errors import MODEL_FAILS
 from ._kept import KeptAnswer
-from ._result_folder import RECORD, Json, ResultFolder, identified, records, source_of
+from ._result_folder import RECORD, ResultFolder, identified, records, source_of
 from ._terminal import Screen
 
 if TYPE_CHECKING:

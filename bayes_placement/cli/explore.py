@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .._shared.errors import InputError
+from .._shared.files import Json
 from .._shared.progress import Progress
 from ..experiment.experiment import Measurements
 from ..experiment.model_error import Embedded
@@ -21,7 +22,6 @@ from ._inputs import Inputs, print_data_faults, read_both
 from ._lines import choose_lines
 from ._missing_effects import Request
 from ._posterior import infer_posterior, named_method
-from ._result_folder import Json
 from ._run import Run
 from ._save import CompletedModel
 from ._terminal import Screen

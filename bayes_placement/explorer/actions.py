@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import ClassVar, NamedTuple
 
 from .._shared.errors import InputError
+from .._shared.files import Json
 from ..experiment.experiment import Experiment
 from ..experiment.model_error import Embedded
 from ..inference.units import readable
 from ..io.case._effects import FIELD, with_effects
 from ..io.case._json_fields import JsonObject
-from .messages import Json
 from .steps import as_drawn
 
 FILE = Path("explored.json")

@@ -3,6 +3,7 @@
 import jax.numpy as jnp
 import numpy as np
 
+from .._shared.files import Json
 from ..criticism.missing.fitted_model import FittedModel
 from ..criticism.missing.ledger import Ledger
 from ..criticism.reach._channels import CHANNELS, NOWHERE
@@ -14,7 +15,6 @@ from ..inference.residuals import sizes_of
 from ..io.case._effects import stated_effects
 from ..laws.tabulated import COMPLIANCES
 from .actions import Improved, ValuedModel
-from .messages import Json
 from .steps import as_drawn
 
 

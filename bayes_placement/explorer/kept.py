@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from .._shared.errors import InputError, WritingError
-from .._shared.files import write_json
+from .._shared.files import Json, write_json
 from ..experiment.content_hash import content_hash
-from .messages import Json
 from .session import SCHEMA, Session
 
 FOLDER = "explored"

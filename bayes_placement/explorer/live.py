@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from .._shared.compiled import of_jax
 from .._shared.errors import PackageError
+from .._shared.files import Json
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
 from ..page.frames import packed
@@ -15,7 +16,7 @@ from .actions import Action, Drawn, Moved, Refitted, Removed, ValuedModel
 from .background import Background
 from .candidates import Position, added, placed_at
 from .last_used import LastUsed
-from .messages import Json, Message
+from .messages import Message
 from .page_frames import (
     REPORT,
     Surroundings,

@@ -3,10 +3,9 @@
 import json
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
-Json: TypeAlias = Mapping[str, Any]
-"""An object of JSON."""
+from .._shared.files import Json
 
 Check: TypeAlias = Callable[[object], bool]
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from .._shared.files import Json
 from .._shared.progress import Progress
 from ..criticism.findings._shapes import outline_of, points_and_lines, shapes
 from ..experiment.experiment import Experiment, Measurements
@@ -17,7 +18,6 @@ from ..positions._outlines import outline_of as tolerance_of
 from ..positions.bounds import Bounds
 from ..positions.vectors import unit_vector
 from .kept import KeptPage
-from .messages import Json
 from .response import Response, coherence_rows, measured_rows, pair_labels
 from .session import Session
 from .sliders import Slider, as_json

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._shared.compiled import Bound, compiled, of_jax, programs_kept
+from .._shared.files import Json
 from ..criticism.values import prediction, with_arrays
 from ..effects.effect import Effect
 from ..experiment._experiment_checks import at_levels
@@ -16,7 +17,6 @@ from ..experiment.noise import Data
 from ..inference.standardised_residual import standardised_residual
 from ..positions.places import coordinates
 from .last_used import MOST
-from .messages import Json
 
 BANDS = 32
 """Most frequency bands of the map of the error."""

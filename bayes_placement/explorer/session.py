@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from .._shared.compiled import of_jax
+from .._shared.files import Json
 from ..effects.effect import Effect
 from ..experiment.experiment import Experiment, Measurements
 from .actions import Action, ValuedModel, action_from
-from .messages import Json
 from .shared_arrays import LARGE
 from .steps import as_drawn
 

@@ -10,11 +10,11 @@ from numpyro.distributions import Distribution, TransformedDistribution
 from numpyro.distributions.transforms import AffineTransform, ExpTransform
 
 from .._shared.compiled import compiled
+from .._shared.files import Json
 from .._shared.ranges import described, ends
 from .._shared.sites import Role, Unknown, is_finite
 from ..experiment.experiment import Experiment
 from ..inference.units import readable
-from .messages import Json
 
 Value: TypeAlias = float | int | np.generic | np.ndarray | Array
 

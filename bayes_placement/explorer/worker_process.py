@@ -15,6 +15,7 @@ import numpy as np
 
 from .._shared.compiled import forget_programs
 from .._shared.errors import PackageError
+from .._shared.files import Json
 from .._shared.garbage import collect_garbage_rarely, give_memory_back, memory_in_use
 from .._shared.progress import Progress
 from ..criticism.kept_fits import fits_kept_in
@@ -30,7 +31,6 @@ from ..experiment.variants import with_lines_at
 from ..inference.alternative_explanation import Alternative
 from ..inference.estimates import scalars
 from .candidates import Offered, offered
-from .messages import Json
 from .shared_arrays import SharedArrays
 from .worker import NICE, AskedOfWorker, Task, read, write
 

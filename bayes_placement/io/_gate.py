@@ -40,9 +40,6 @@ LIMITS = {
 SECONDS, SECONDS_PER_MEGABYTE = 8.0, 2.0
 """Time of the processor that a file may take, which other work on the machine does not prolong."""
 
-Json: TypeAlias = dict[str, Any]
-"""Fields of a file by their names, each checked where it is read."""
-
 Accepts: TypeAlias = Callable[[Any], bool]
 """Whether a field is what is needed."""
 

@@ -15,7 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from .._shared.errors import MissingExtraError
-from ._gate import Json, UnreadableError, seconds
+from .._shared.files import Json
+from ._gate import UnreadableError, seconds
 from ._npz_archive import NpzArchive
 
 SECONDS_OF_WAITING = 60.0

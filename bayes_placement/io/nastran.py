@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike
 
 from .._shared.arguments import arguments_checked
 from .._shared.errors import InputError
+from .._shared.files import Json
 from ..modes.finite_elements.modal_model import ModalModel
 from . import _reader_process
-from ._gate import Json, existing, reading
+from ._gate import existing, reading
 from .matrix_files import SystemMatrices, system_matrices
 
 _READER = Path(__file__).with_name("_nastran_process.py")

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import jax
 import numpy as np
 
+from ..._shared.files import Json
 from ..._shared.sites import is_unknown
 from ...effects.effect import AtPlace, Effect, NetworkAttachment
 from ...effects.library import EFFECTS, kind_of
@@ -13,7 +14,7 @@ from ...laws.canonical import canonical
 from ...laws.law import Law, Scaled
 from ._estimates import PERCENTILES, drawn_places, estimates, laplace
 from ._hypotheses import Hypothesis
-from ._parameter_estimate import Json, ParameterEstimate, number_or_none
+from ._parameter_estimate import ParameterEstimate, number_or_none
 from ._posterior_odds import Comparison
 from ._standing import Standing
 from ._weighed import swapped

@@ -5,12 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..._shared.files import Json
 from ...inference.units import probability_in_words
 from ...laws.canonical import WORDS
 from ...laws.law import Element, Group, Law, Scaled
 from ...laws.symbols import Number, numbers
 from ...laws.typed import typed
-from ._parameter_estimate import Json, ParameterEstimate
+from ._parameter_estimate import ParameterEstimate
 
 Entry = Json
 """An entry of `effects` in a file; see `_claims.py`."""

@@ -1,14 +1,11 @@
 """What is known of an unknown, in words and as JSON."""
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
+from ..._shared.files import Json
 from ...inference.units import ReadableUnit, readable
-
-Json: TypeAlias = Mapping[str, Any]
-"""Numbers and words of a file, by the names of their fields."""
 
 
 class ParameterEstimate(NamedTuple):

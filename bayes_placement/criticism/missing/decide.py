@@ -8,8 +8,8 @@ from scipy.special import ndtr
 
 from ..._shared.arguments import arguments_checked
 from ..._shared.errors import InputError
+from ..._shared.files import Json
 from ..._shared.reprs import with_short_repr
-from ._parameter_estimate import Json
 from ._weighed import Weighed, numbered_kind
 from .table import AS_STATED, Policy, Row, TableOfFits
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..._shared import advice
+from ..._shared.files import Json
 from ..._shared.reprs import with_short_repr
 from ...effects.beyond_prior import BeyondPrior
 from ...effects.effect import Effect
@@ -20,7 +21,7 @@ from . import _beyond_in_words
 from ._estimates import errors, estimates, sizes
 from ._held_out import held_out
 from ._hypotheses import Hypothesis
-from ._parameter_estimate import Json, ParameterEstimate, number_or_none
+from ._parameter_estimate import ParameterEstimate, number_or_none
 from ._posterior_odds import STRONG, Comparison, p_value
 from ._unknown_noise import noise_needed
 

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from ..._shared.files import write_json
+from ..._shared.files import Json, write_json
 from ..._shared.labels import AS_DRAWN, AS_GIVEN
 from ..._shared.reprs import notebook_html
 from ...experiment.experiment import Experiment, Measurements
@@ -24,7 +24,7 @@ from ..reach.reach import Reach, only_port
 from ..values import in_scalars
 from ._claims import SCHEMA
 from ._narrow_text import gained, narrow
-from ._parameter_estimate import Json, number_or_none
+from ._parameter_estimate import number_or_none
 from ._standing import Standing
 from ._verdict_in_words import none_in_words, verdict_in_words
 from ._weighed import NONE, NOTHING

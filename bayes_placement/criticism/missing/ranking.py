@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pandas as pd
 
-from ..._shared.files import write_json
+from ..._shared.files import Json, write_json
 from ..._shared.reprs import notebook_html
 from ...inference.alternative_explanation import Alternative
 from ..reach.reach import Reach, only_port
 from ._claims import SCHEMA
 from ._narrow_text import gained, narrow
-from ._parameter_estimate import Json, number_or_none
+from ._parameter_estimate import number_or_none
 from ._standing import Standing
 from ._verdict_in_words import (
     LEFT,

@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from ..._shared.files import write_json
+from ..._shared.files import Json, write_json
 from ..._shared.reprs import notebook_html
 from ._change_between_states import CHANGED, NEW, UNCHANGED, FoundEffect, change
 from ._narrow_text import narrow_by_column
-from ._parameter_estimate import Json, ParameterEstimate
+from ._parameter_estimate import ParameterEstimate
 from ._verdict_in_words import alone_in_words
 from .ledger import Ledger, misfit_columns
 

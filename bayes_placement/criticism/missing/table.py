@@ -10,11 +10,11 @@ from scipy.special import bdtrc, chdtrc, ndtr
 
 from ..._shared.arguments import check_positive
 from ..._shared.errors import InputError
+from ..._shared.files import Json
 from ..._shared.reprs import with_short_repr
 from ...inference.chi2 import LEVEL
 from ..check._edges import EDGE, PILED
 from ._outliers import OUTLIERS
-from ._parameter_estimate import Json
 
 NAN = float("nan")
 

@@ -7,6 +7,7 @@ from typing import Any
 import jax
 
 from ..._shared.errors import InputError
+from ..._shared.files import Json
 from ..._shared.ranges import described
 from ..._shared.sites import is_unknown
 from ...effects.effect import Effect
@@ -16,7 +17,7 @@ from ...experiment.experiment import Experiment
 from ...laws.typed import typed
 from ...modes.ports import MOTIONS
 from ...positions.channel import Channel, checked
-from .._gate import Json, is_number
+from .._gate import is_number
 from ._json_fields import CaseError, FieldRule, JsonObject, choice, integer
 
 FIELD = "effects"

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..._shared.errors import InputError
-from .._gate import LARGEST, Accepts, Json, is_number, reading, text_in_utf8
+from ..._shared.files import Json
+from .._gate import LARGEST, Accepts, is_number, reading, text_in_utf8
 
 _MOST_BYTES = 16 << 20
 _TEXT = re.compile(r'"(?:[^"\\]|\\.)*+"?')

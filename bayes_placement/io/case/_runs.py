@@ -9,13 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._shared.files import write_json
+from ..._shared.files import Json, write_json
 from ...effects.effect import Effect
 from ...experiment._measurement_checks import LINE_TOLERANCE
 from ...experiment.experiment import Experiment
 from ...experiment.measurement import Measurement
 from ...experiment.noise import Noise
-from .._gate import Json
 from ._effects import FIELD, stated_effects
 from ._json_fields import CaseError
 from ._measurement import MeasurementSettings, read_run

@@ -10,11 +10,10 @@ from typing import Any
 
 from ..._shared.arguments import arguments_checked
 from ..._shared.errors import InputError
-from ..._shared.files import write_atomically
+from ..._shared.files import Json, write_atomically
 from ...experiment.measurement import Measurement
 from ...experiment.quantities import quantity_of
 from ...positions.channel import Channel, match
-from .._gate import Json
 from ..mapped.channel_table import ChannelRow
 from ..uff import node_numbers
 from ..uff import write as write_universal_file

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..._shared.errors import InputError
-from .._gate import Accepts, Json, existing, is_number, reading, text_in_utf8
+from ..._shared.files import Json
+from .._gate import Accepts, existing, is_number, reading, text_in_utf8
 
 _MOST_BYTES, _MOST_PARTS = 1 << 20, 100
 _DOT = re.compile(r"(?<!\.)\.(?!\.)")

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..._shared.errors import InputError
+from ..._shared.files import Json
 from ..._shared.reprs import with_short_repr
 from .. import _contents
 from .._frf_units import ANGLE, LENGTH, SensitivityUnit, sensitivity_unit
-from .._gate import Json, check_plausible, existing, reading
+from .._gate import check_plausible, existing, reading
 from ..arrays import text, workbook
 
 Point = tuple[float, float, float]

@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 from ..._shared.arguments import check_kind
 from ..._shared.errors import InputError
+from ..._shared.files import Json
 from ..._shared.reprs import with_short_repr
-from .._gate import Json, is_number
+from .._gate import is_number
 from ._toml_fields import TomlTable, are_texts, is_column, is_text, load
 
 AXES = ("frequency", "sensor", "actuator")

@@ -10,9 +10,9 @@ import re
 from pathlib import Path
 
 from ..._shared.errors import InputError
+from ..._shared.files import Json
 from ...experiment.quantities import QUANTITIES
 from .._frf_units import plain
-from .._gate import Json
 from ..arrays.named_arrays import NamedArrays
 from ..arrays.text import split_unit
 from ._headings import WORDS, part_of

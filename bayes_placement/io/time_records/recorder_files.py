@@ -11,9 +11,10 @@ import numpy as np
 from scipy.io import wavfile
 
 from ..._shared.errors import InputError
+from ..._shared.files import Json
 from ...positions.channel import Channel
 from .. import _reader_process
-from .._gate import Json, reading
+from .._gate import reading
 from ..uff._datasets import FUNCTION, Dataset, MeasurementFileError
 from ..uff._datasets import load as datasets_of
 from .clock import Sampled, check_starts, rate_of_times

@@ -9,10 +9,10 @@ import numpy as np
 
 from ..._shared.arguments import arguments_checked
 from ..._shared.errors import InputError
-from ..._shared.files import write_atomically
+from ..._shared.files import Json, write_atomically
 from ...experiment.measurement import Measurement
 from ...positions.channel import Channel, check_distinct
-from .._gate import Accepts, Json
+from .._gate import Accepts
 from ._datasets import VARIANCE_NOTE, Dataset, MeasurementFileError
 from ._units import FORCE_TYPE, FREQUENCY_TYPE, stated_for
 

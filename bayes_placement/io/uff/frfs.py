@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..._shared.arguments import arguments_checked, check_kind
+from ..._shared.files import Json
 from ...experiment.measurement import Channel, Measurement, Position
 from ...experiment.quantities import converted, frf_name
-from .._gate import Json, check_plausible, path_of, reading, usable_lines
+from .._gate import check_plausible, path_of, reading, usable_lines
 from ._datasets import FUNCTION, VARIANCE_NOTE, Dataset, MeasurementFileError, described, load
 from ._datasets import left_out as _datasets_left_out
 from ._mesh import node_positions

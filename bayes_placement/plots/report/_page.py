@@ -8,9 +8,10 @@ from importlib.resources import files
 from typing import NamedTuple
 from urllib.parse import quote
 
+from ..._shared.files import Json
 from ...page import standalone
 from ._svg import with_prefixed_identifiers, with_theme
-from .content import Cell, Drawing, Interactive, Item, Json, MovingShapes
+from .content import Cell, Drawing, Interactive, Item, MovingShapes
 from .report import FOLDED, Chapter, Report
 
 SAFE_IN_ADDRESS = ",.;:-+_()[]^~*/"

@@ -10,10 +10,10 @@ import xarray as xr
 from pandas.api.types import is_numeric_dtype
 
 from ..._shared.errors import InputError
+from ..._shared.files import Json
 from ..._shared.labels import ABOUT, AS_DRAWN
 from ...io import netcdf
 from ._svg import checked_svg
-from .content import Json
 
 FINDINGS = "findings.nc"
 """File of the arrays that figures are drawn from."""

@@ -5,21 +5,18 @@ import io
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import pandas as pd
 
 from ..._shared.errors import InputError
-from ..._shared.files import no_formula
+from ..._shared.files import Json, no_formula
 from ...inference.summary import INTERVAL
 from ...inference.units import decimals
 from ._svg import checked_svg
 
 Cell: TypeAlias = str | float | int | None
-
-Json: TypeAlias = dict[str, Any]
-"""An object of a JSON file."""
 
 DIGITS = 6
 """Significant digits of numbers in the data of a figure."""

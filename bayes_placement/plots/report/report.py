@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 
 from ..._shared.arguments import check_fields, check_kind, shown
 from ..._shared.errors import InputError
-from ..._shared.files import write_atomically
+from ..._shared.files import Json, write_atomically
 from ..._shared.reprs import with_short_repr
 from ._svg import checked_photo, checked_svg, svg_of
-from .content import Content, Drawing, Item, Json, Table, Text, tags_of
+from .content import Content, Drawing, Item, Table, Text, tags_of
 
 FORMAT = "bayes_placement report 1"
 """Name of the schema of the JSON file, `schema.json` beside this file."""

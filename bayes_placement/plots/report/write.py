@@ -6,10 +6,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..._shared.arguments import arguments_checked
+from ..._shared.files import Json
 from ._saved import Saved, runs, saved, states
 from ._style import look
 from ._svg import embedded
-from .content import Item, Json, Text
+from .content import Item, Text
 from .report import WARNINGS, Chapter, Report, json_of
 from .sections import (
     agreement,

@@ -4,10 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ...._shared.files import Json
 from ..._colours import AFTER, FLOOR, Style
 from .._saved import Saved
 from .._style import decade_labels, drawing, legend, panels
-from ..content import Item, Json, Table
+from ..content import Item, Table
 from ..report import ERROR
 
 SMALLEST = 1e-3

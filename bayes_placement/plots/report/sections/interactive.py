@@ -5,11 +5,12 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import xarray as xr
 
+from ...._shared.files import Json
 from ...._shared.labels import FORCE_LEVEL
 from ....page.frames import packed
 from ....page.standalone import kept_frames
 from .._saved import Saved, name_of, placed_items
-from ..content import Interactive, Item, Json
+from ..content import Interactive, Item
 from ..report import RESPONSES
 from .responses import flat
 

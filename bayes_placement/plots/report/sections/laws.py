@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from ...._shared.files import Json
 from ....criticism.missing._claims_in_words import (
     Numbered,
     claims_in_words,
@@ -15,7 +16,7 @@ from ....laws.law import Law
 from ....laws.symbols import Number, Owned, numbers
 from .._saved import Saved
 from .._svg import checked_svg
-from ..content import Cell, Drawing, Item, Json, Table, Text
+from ..content import Cell, Drawing, Item, Table, Text
 from ..report import LAWS, SUSPICION
 
 TAGS = ("effect", "law")

@@ -5,8 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
+from ...._shared.files import Json
 from .._saved import Saved, name_of, placed_items
-from ..content import Item, Json, MovingShapes, Table
+from ..content import Item, MovingShapes, Table
 from ..report import SHAPES
 
 TAGS = ("structure", "mode shapes")

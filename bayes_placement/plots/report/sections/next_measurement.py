@@ -5,10 +5,11 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
+from ...._shared.files import Json
 from ..._colours import AFTER, DATA
 from .._saved import Saved
 from .._style import drawing, legend, panels
-from ..content import Item, Json, Table, Text
+from ..content import Item, Table, Text
 from ..report import NEXT
 
 TAGS = ("next measurement",)

@@ -3,8 +3,9 @@
 from collections.abc import Iterator, Mapping
 from pathlib import PurePath
 
+from ...._shared.files import Json
 from .._saved import Saved
-from ..content import Cell, Item, Json, Table, Text
+from ..content import Cell, Item, Table, Text
 from ..report import SETTINGS, WARNINGS
 
 FIELDS = ("date", "seed", "seconds", "units", "settings", "versions")

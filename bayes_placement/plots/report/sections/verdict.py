@@ -3,9 +3,10 @@
 import re
 from collections.abc import Iterator
 
+from ...._shared.files import Json
 from ....inference.units import readable
 from .._saved import Saved
-from ..content import Cell, Item, Json, Table, Text, rounded
+from ..content import Cell, Item, Table, Text, rounded
 from ..report import ERROR, NEXT, SUSPICION, UNKNOWNS, VERDICT
 
 _TABLES = {
