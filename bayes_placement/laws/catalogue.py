@@ -5,11 +5,13 @@ import json
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from functools import cache
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
+from jaxtyping import Complex, Float
 
 from .._shared.arguments import shown
+from .._shared.dimensions import ComplexSpectrum, Parameter
 from .._shared.errors import InputError
 from .canonical import canonical, group
 from .elements import Dashpot, LossySpring, Mass, Spring, Springpot
@@ -66,7 +68,7 @@ def leaves(tree: Tree) -> list[str]:
     return [tree] if isinstance(tree, str) else [leaf for part in tree[1:] for leaf in leaves(part)]
 
 
-def law_of(tree: Tree, values: Sequence[Any]) -> Law:
+def law_of(tree: Tree, values: Sequence[Parameter]) -> Law:
     """Network of a tree, with its numbers.
 
     Numbers or distributions are in the order of the leaves: of a springpot stiffness and order, of
@@ -101,7 +103,7 @@ def classes(trees: Sequence[Tree]) -> list[list[Tree]]:
     [['k'], [['|', 'k', ['-', 'c', 'k']], ['-', 'k', ['|', 'c', 'k']]]]
     """
     found: list[list[Tree]] = []
-    alike: dict[Any, list[list[Tree]]] = defaultdict(list)
+    alike: dict[tuple[float | int, ...], list[list[Tree]]] = defaultdict(list)
     for tree in trees:
         _check_letters("".join(leaves(tree)), "kcmp")
         near = alike[invariant(tree)]
@@ -146,7 +148,7 @@ def _partitions(number: int, most: int) -> Iterator[list[int]]:
             yield [first, *rest]
 
 
-def _law(tree: Tree, values: Iterator[Any]) -> Law:
+def _law(tree: Tree, values: Iterator[Parameter]) -> Law:
     """Network that takes its numbers one after the other."""
     if isinstance(tree, str):
         element, numbers = ELEMENTS[tree]
@@ -167,11 +169,13 @@ EQUAL = 1e-8
 
 TARGETS, STARTS = 3, 12
 
-Response: TypeAlias = tuple[Any, Any]
+Numbers = Float[np.ndarray, "number"]
+
+Response: TypeAlias = tuple[ComplexSpectrum, Complex[np.ndarray, "number frequency"]]
 """Logarithm of the dynamic stiffness at S, and its slopes along the numbers."""
 
 
-def invariant(tree: Tree) -> tuple[Any, ...]:
+def invariant(tree: Tree) -> tuple[float | int, ...]:
     """What networks of one family have in common: powers of s at both ends, and free numbers.
 
     A springpot is counted as a spring and as a dashpot, the ends of its order.
@@ -189,7 +193,7 @@ def same_family(one: Tree, other: Tree) -> bool:
     return one == other or (_reaches(*ends) and _reaches(*reversed(ends)))
 
 
-def response(tree: Tree, numbers: Any) -> Response:
+def response(tree: Tree, numbers: Numbers | Sequence[float]) -> Response:
     """Logarithm of the dynamic stiffness at S, and its slopes.
 
     Numbers are logarithms of the values in the order of the leaves; of an order n log(n / (1 - n)).
@@ -206,18 +210,18 @@ def _reaches(text: str, goal: str) -> bool:
     return all(_fits(tree, target, random) for target in targets)
 
 
-def _fits(tree: Tree, target: Any, random: np.random.Generator) -> bool:
+def _fits(tree: Tree, target: ComplexSpectrum, random: np.random.Generator) -> bool:
     """Whether a network has a dynamic stiffness at some values, from one of several starts."""
     return any(_distance(tree, target, _random(tree, random)) < EQUAL for _ in range(STARTS))
 
 
-def _distance(tree: Tree, target: Any, start: Any) -> float:
+def _distance(tree: Tree, target: ComplexSpectrum, start: Numbers) -> float:
     """Greatest relative difference from a target after least squares."""
 
-    def misfit(numbers: Any) -> Any:
+    def misfit(numbers: Numbers) -> Float[np.ndarray, "datum"]:
         return _real(response(tree, numbers)[0] - target)
 
-    def slopes(numbers: Any) -> Any:
+    def slopes(numbers: Numbers) -> Float[np.ndarray, "datum number"]:
         return _real(response(tree, numbers)[1].T)
 
     from scipy.optimize import least_squares  # it takes long to import
@@ -237,7 +241,7 @@ def _free_numbers(text: str) -> int:
     return int(np.linalg.matrix_rank(_real(slopes.T), tol=1e-9))
 
 
-def _random(tree: Tree, random: np.random.Generator) -> Any:
+def _random(tree: Tree, random: np.random.Generator) -> Numbers:
     """Logarithms of values of a network, of about one."""
     return random.normal(size=_numbers(tree))
 
@@ -277,6 +281,6 @@ def _power(tree: Tree, order: float, end: int) -> float:
     return sign * max(sign * _power(part, order, end) for part in tree[1:])
 
 
-def _real(values: Any) -> Any:
+def _real(values: Complex[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
     """Real and imaginary parts below each other."""
     return np.concatenate([values.real, values.imag])

@@ -23,7 +23,7 @@ Omega: TypeAlias = Inexact[Array, "frequency"]
 Stiffness: TypeAlias = Inexact[Array, "frequency"]
 """Dynamic stiffness at each angular frequency: force over displacement, moment over rotation."""
 
-Fraction: TypeAlias = tuple[Any, Any]
+Fraction: TypeAlias = tuple[Stiffness, Stiffness | float]
 """Numerator N and denominator D of a dynamic stiffness N / D."""
 
 Tree: TypeAlias = str | list[Any]
@@ -274,7 +274,7 @@ class Scaled(Law):
         return f"{_value(self.strength)} * {law}"
 
 
-def _parts(law: object, kind: type[Group]) -> tuple[Any, ...]:
+def _parts(law: object, kind: type[Group]) -> tuple[Law, ...]:
     """Parts of a group of a kind, which joins a greater one of it; else the law itself."""
     if not isinstance(law, Law):
         raise _no_network(shown(law))
@@ -288,7 +288,7 @@ def _no_network(given: str) -> InputError:
     )
 
 
-def _times(numerator: Any, denominator: Any) -> Any:
+def _times(numerator: Stiffness | float, denominator: Stiffness | float) -> Any:
     """Product with a denominator, which is one of elements: nothing is multiplied then."""
     return numerator if denominator is ONE else numerator * denominator
 

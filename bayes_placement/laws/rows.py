@@ -5,13 +5,13 @@ changes nothing. All irreducible networks of at most three elements have this fo
 """
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-from jaxtyping import Complex, Float, Int
+from jaxtyping import Bool, Complex, Float, Int
 from numpyro.distributions import LogNormal, Uniform
 from scipy.special import ndtr
 
+from .._shared.dimensions import Parameter
 from .catalogue import ELEMENTS, GROUPS
 from .law import Law, Tree
 
@@ -36,6 +36,11 @@ Points = Float[np.ndarray, "row coordinate"]
 Which = Int[np.ndarray, "row"]
 """Number of the network of each row."""
 
+Numbers = Sequence[Parameter]
+Flags = Bool[np.ndarray, "row"]
+Omega = Float[np.ndarray, "frequency"]
+OfElements = Complex[np.ndarray, "row element frequency"]
+
 Stiffness = Complex[np.ndarray, "row frequency"]
 """Dynamic stiffness of each row at each line."""
 
@@ -58,9 +63,7 @@ class NetworkRows:
         self._present, self._pot, self._lossy = letters != "", letters == "p", letters == "h"
         self._power = np.array([[float(POWERS.get(e, 0)) for e in row] for row in letters])
 
-    def at_lines(
-        self, which: Which, points: Points, omega: Float[np.ndarray, "frequency"]
-    ) -> tuple[Stiffness, Slopes]:
+    def at_lines(self, which: Which, points: Points, omega: Omega) -> tuple[Stiffness, Slopes]:
         """Dynamic stiffness of rows at lines [rad/s], and its slopes along their coordinates."""
         elastic, elements = self._elements(which, points, omega)
         series, present = self._series[which], self._present[which]
@@ -71,9 +74,7 @@ class NetworkRows:
         along = self._along_other(which, points, elastic, omega)
         return whole, np.concatenate([of_each * (LOGARITHM * elements), of_each * along], axis=1)
 
-    def stiffness(
-        self, which: Which, points: Points, omega: Float[np.ndarray, "frequency"]
-    ) -> Stiffness:
+    def stiffness(self, which: Which, points: Points, omega: Omega) -> Stiffness:
         """Dynamic stiffness of rows alone, see `at_lines`."""
         _, elements = self._elements(which, points, omega)
         series, present = self._series[which], self._present[which]
@@ -81,7 +82,9 @@ class NetworkRows:
         pair = _joined(first, second, series[:, 0], present[:, 1])
         return _joined(pair, third, series[:, 1], present[:, 2])
 
-    def _elements(self, which: Which, points: Points, omega: Any) -> tuple[Any, Any]:
+    def _elements(
+        self, which: Which, points: Points, omega: Omega
+    ) -> tuple[OfElements, OfElements]:
         """Dynamic stiffness of each element, without its loss and with it."""
         size, other = points[:, :ELEMENTS_OF_ROW], points[:, ELEMENTS_OF_ROW:]
         pot = self._pot[which]
@@ -95,7 +98,9 @@ class NetworkRows:
         loss = np.where(self._lossy[which], 1 + 1j * _loss(other), 1.0)
         return scale[..., None] * rise, (scale * loss)[..., None] * rise
 
-    def _along_other(self, which: Which, points: Points, elastic: Any, omega: Any) -> Any:
+    def _along_other(
+        self, which: Which, points: Points, elastic: OfElements, omega: Omega
+    ) -> OfElements:
         """Slopes of the elements along their other number: an order, or a loss factor."""
         other = points[:, ELEMENTS_OF_ROW:]
         density = np.exp(-0.5 * other**2) / np.sqrt(2 * np.pi)
@@ -120,7 +125,7 @@ class NetworkRows:
         loss = LogNormal(float(np.log(LOSS)), DECADES_OF_LOSS * float(np.log(10.0)))
         return self._law(number, sizes, [Uniform(0.0, 1.0)] * 3, [loss] * ELEMENTS_OF_ROW)
 
-    def _law(self, number: int, sizes: Any, orders: Any, losses: Any) -> Law:
+    def _law(self, number: int, sizes: Numbers, orders: Numbers, losses: Numbers) -> Law:
         signs, letters = form_of(self.trees[number])
         law: Law | None = None
         for sign, letter, *numbers in zip(
@@ -132,7 +137,7 @@ class NetworkRows:
         assert law is not None
         return law
 
-    def _element(self, letter: str, size: object, order: object, loss: object) -> Law:
+    def _element(self, letter: str, size: Parameter, order: Parameter, loss: Parameter) -> Law:
         kind = ELEMENTS[letter][0]
         if letter == "p":
             return kind(size, order, self.middle / (2 * np.pi))
@@ -151,19 +156,19 @@ def coordinates_of_numbers(tree: Tree) -> list[int]:
     return columns
 
 
-def _shared_out(size: Any, by: float) -> Any:
+def _shared_out(size: Parameter, by: float) -> Parameter:
     """A size, or its distribution, over a number."""
     return (
         LogNormal(size.loc - np.log(by), size.scale) if isinstance(size, LogNormal) else size / by
     )
 
 
-def _loss(other: object) -> Any:
+def _loss(other: Float[np.ndarray, "row element"]) -> Float[np.ndarray, "row element"]:
     """Loss factors at coordinates."""
     return LOSS * np.exp(DECADES_OF_LOSS * np.log(10.0) * other)
 
 
-def _joined(one: Any, other: Any, series: Any, present: Any) -> Any:
+def _joined(one: Stiffness, other: Stiffness, series: Flags, present: Flags) -> Stiffness:
     """Dynamic stiffness of two parts; of one if alone."""
     whole = np.array(one)
     parallel, chain = present & ~series, present & series
@@ -172,7 +177,9 @@ def _joined(one: Any, other: Any, series: Any, present: Any) -> Any:
     return whole
 
 
-def _with_slopes(one: Any, other: Any, series: Any, present: Any) -> tuple[Any, Any, Any]:
+def _with_slopes(
+    one: Stiffness, other: Stiffness, series: Flags, present: Flags
+) -> tuple[Stiffness, Stiffness, Stiffness]:
     """The same, and its slopes along the dynamic stiffness of each part."""
     of_one, of_other = np.ones_like(one), np.zeros_like(one)
     of_other[present] = 1.0
@@ -182,7 +189,7 @@ def _with_slopes(one: Any, other: Any, series: Any, present: Any) -> tuple[Any, 
     return _joined(one, other, series, present), of_one, of_other
 
 
-def _share(one: Any, other: Any) -> Any:
+def _share(one: Stiffness, other: Stiffness) -> Stiffness:
     """Share of one part in the sum of two in series; of a resonance without damping finite."""
     total = one + other
     return one / np.where(total == 0, 1.0, total)

@@ -14,7 +14,7 @@ ELEMENTS: Mapping[str, type[Law]] = {
     kind.__name__: kind for kind in (Spring, Dashpot, Mass, Springpot, LossySpring)
 }
 
-PRIORS: Mapping[str, Any] = {
+PRIORS: Mapping[str, type[distributions.Distribution]] = {
     name: getattr(distributions, name) for name in ("Uniform", "LogUniform", "LogNormal", "Normal")
 }
 """Distributions that the numbers of a law may have in a text."""
