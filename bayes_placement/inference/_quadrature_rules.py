@@ -2,7 +2,7 @@
 
 import functools
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -18,6 +18,8 @@ Interval = tuple[float, float]
 """Part of a distribution, by its cumulative probabilities."""
 
 ALL: Interval = (0.0, 1.0)
+
+AtNodes = Float[Array, "node"]
 
 legendre = functools.cache(np.polynomial.legendre.leggauss)
 """Nodes are the eigenvalues of a matrix: these are found once for each number of nodes."""
@@ -82,11 +84,11 @@ def rule(
         ) from error
 
 
-def _probabilities(distribution: Distribution, values: Any) -> Array:
+def _probabilities(distribution: Distribution, values: Shaped[Array, "node"]) -> AtNodes:
     return jnp.exp(distribution.log_prob(values))
 
 
-def _quantiles(distribution: Distribution, probability: Any) -> Array:
+def _quantiles(distribution: Distribution, probability: AtNodes) -> AtNodes:
     return distribution.icdf(probability)
 
 

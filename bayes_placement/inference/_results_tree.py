@@ -1,10 +1,11 @@
 """The tree of results of one inference, in ArviZ's groups."""
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import xarray as xr
+from jaxtyping import Array
 from numpyro.distributions import Distribution, Uniform
 
 from .._shared.compiled import compiled
@@ -16,6 +17,8 @@ from .estimates import Figures, Weighting, figures, scalars
 from .record import versions
 from .results import CONSTANTS, RESPONSE_WHEN_EXACT, named_draws, numbered, outputs
 from .symmetries import Values
+
+Kept = TypeVar("Kept", Array, np.ndarray)
 
 EQUAL_DRAWS = 1000
 """Draws of equal weight that stand for weighted ones in the posterior."""
@@ -38,10 +41,10 @@ class Inference(NamedTuple):
     """Values [chain, draw, ...] by name at the draws of the engine."""
     values: Values
     """Values [chain, draw, ...] by name of equal weight, with integrated placements drawn back."""
-    predictions: dict[str, Any]
+    predictions: Values
     """`response` without output error, and where there is an output error `replicate` and
     `log_likelihood` of each datum, all [chain, draw, ...]."""
-    stats: dict[str, Any]
+    stats: Values
     """How well integrals over the placement are resolved [chain, draw]."""
     divergences: dict[str, Divergence]
     """Divergence from the prior of all unknowns and of the parameters."""
@@ -51,7 +54,7 @@ class Inference(NamedTuple):
     """Draws [chain, draw, ...] from the prior, by name."""
 
 
-def tree(inference: Inference, record: dict[str, Any]) -> xr.DataTree:
+def tree(inference: Inference, record: dict[str, object]) -> xr.DataTree:
     """Lay out the results; the record becomes attributes, with the versions of packages."""
     experiment, draws = inference.experiment, inference.draws
     groups = {
@@ -83,7 +86,7 @@ def equal_draws(draws: EngineDraws) -> np.ndarray | None:
     return np.searchsorted(cumulative, steps)
 
 
-def pick(values: Any, places: np.ndarray | None) -> Any:
+def pick(values: Kept, places: np.ndarray | None) -> Kept:
     """Take draws [chain, draw, ...] at some places, as one chain; all of them for None."""
     if places is None:
         return values
@@ -108,7 +111,7 @@ def _log_prior(experiment: Experiment, values: Values) -> xr.Dataset:
     return numbered(xr.Dataset(variables))
 
 
-def _log_prob(distribution: Distribution, values: object) -> Any:
+def _log_prob(distribution: Distribution, values: Array) -> Array:
     return distribution.log_prob(values)
 
 
@@ -130,7 +133,7 @@ def _constants(experiment: Experiment, data: Data) -> xr.Dataset:
 def _sample_stats(inference: Inference) -> xr.Dataset:
     draws = inference.draws
     weighted = draws.stats | {"log_likelihood_total": draws.log_likelihood}
-    stats = {name: pick(np.asarray(v), inference.parents) for name, v in weighted.items()}
+    stats: Values = {name: pick(np.asarray(v), inference.parents) for name, v in weighted.items()}
     stats |= inference.stats
     return numbered(xr.Dataset({n: (("chain", "draw"), v) for n, v in stats.items()}))
 

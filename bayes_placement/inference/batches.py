@@ -11,7 +11,6 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -23,19 +22,22 @@ from .._shared.processes import has_one_core
 from .._shared.sites import substitute
 from ..experiment.experiment import Experiment
 from ..experiment.with_effects_applied import with_effects_applied
+from .memory import Input, Output
+
+Points = Float[np.ndarray, "point unknown"]
 
 
 @dataclass(frozen=True)
 class Form:
     """Form of an experiment without its numbers."""
 
-    structure: Any
+    structure: jax.tree_util.PyTreeDef
     """Structure of its tree."""
     sources: tuple[int | None, ...]
     """For each leaf of the tree, the leaf of the declared experiment that it is; None for a number
     that differs within the batch."""
 
-    def shared(self, declared: Experiment) -> list[Any]:
+    def shared(self, declared: Experiment) -> list[object]:
         """Leaves that all experiments of the batch share, from the declared experiment."""
         leaves = jax.tree.leaves(declared)
         return [leaves[source] for source in self.sources if source is not None]
@@ -50,8 +52,7 @@ class Form:
         """Return the experiment with these numbers, once the form is apart from a declared one."""
         inputs = iter(numbers)
         leaves = [next(inputs) if source is None else shared[source] for source in self.sources]
-        experiment: Experiment = jax.tree.unflatten(self.structure, leaves)
-        return experiment
+        return jax.tree.unflatten(self.structure, leaves)
 
 
 @jax.tree_util.register_pytree_node_class
@@ -62,7 +63,7 @@ class Batch:
         self.numbers = list(numbers)
         self.form = form
 
-    def tree_flatten(self) -> tuple[list[Any], Form]:
+    def tree_flatten(self) -> tuple[list[object], Form]:
         """Return the numbers, and what is fixed."""
         return self.numbers, self.form
 
@@ -120,16 +121,11 @@ class BatchedFunction:
     its first call.
     """
 
-    def __init__(self, function: Callable[..., tuple[Any, ...]], size: int = BATCH):
+    def __init__(self, function: Callable[..., tuple[Array | np.ndarray, ...]], size: int = BATCH):
         self._function, self._size = function, size
         self._is_compiled = False
 
-    def fill(
-        self,
-        arrays: Sequence[np.ndarray],
-        points: Float[np.ndarray, "point unknown"],
-        *arguments: Any,
-    ) -> None:
+    def fill(self, arrays: Sequence[np.ndarray], points: Points, *arguments: object) -> None:
         """Write what the function returns into arrays [point, ...]: nothing is copied twice."""
         write = functools.partial(self._write, arrays, points, arguments)
         begins = range(0, len(points), self._size)
@@ -153,9 +149,6 @@ class BatchedFunction:
 
 MOST_AT_ONCE = 4
 """Most calls at once: linear algebra in them waits for threads of JAX, see `LEAST_THREADS`."""
-
-Input = TypeVar("Input")
-Output = TypeVar("Output")
 
 
 def threaded_map(function: Callable[[Input], Output], inputs: Sequence[Input]) -> list[Output]:

@@ -7,7 +7,6 @@ unconstrained coordinates of NumPyro.
 
 from collections import OrderedDict
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -143,7 +142,7 @@ class Coordinates:
         return jnp.sum(self.bijections[name].log_abs_det_jacobian(coordinate, values[name]))
 
 
-def _named(priors: Mapping[str, Distribution], points: Any) -> Values:
+def _named(priors: Mapping[str, Distribution], points: Float[Array, "point unknown"]) -> Values:
     """Values by name at points [point, unknown]."""
     return jax.vmap(Coordinates(priors, standard_normal=False).values)(points)
 
@@ -180,7 +179,7 @@ def _quantiles(distribution: Distribution, normal: Array) -> Array:
     return jax.vmap(at)(normal)
 
 
-def _score(distribution: Distribution, value: Any) -> Array:
+def _score(distribution: Distribution, value: Array | np.ndarray) -> Array:
     """Standard normal coordinate of a value: the inverse of `_quantile`."""
     if isinstance(distribution, ALIKE):
         return _score(distribution.base_dist, value)

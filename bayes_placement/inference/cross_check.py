@@ -1,7 +1,7 @@
 """The methods that check each other on one experiment: engines, each with a marginal."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from .._shared.errors import InfeasibleError
 from ..experiment.experiment import Experiment, Measurements
@@ -15,7 +15,7 @@ from .names import of_name
 GRID_UNKNOWNS = 2
 """Most parameters that a grid over the prior is laid for."""
 
-SIZES: dict[str, dict[str, Any]] = {
+SIZES: dict[str, dict[str, int]] = {
     "smc": {"particles": 1000},
     "importance": {"draws": 4000},
     "grid": {"nodes": 24},

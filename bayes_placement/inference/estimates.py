@@ -1,11 +1,18 @@
 """Mean, spread and their standard errors, from draws of a number with weights or in chains."""
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
+
+LogWeights = Float[Array | np.ndarray, "..."]
+Number: TypeAlias = float | int | Array | np.ndarray
+
+Given: TypeAlias = Mapping[str, Number]
+"""Values by name, arrays as a whole or element by element."""
 
 GOOD_PARETO_K = 0.7
 """Largest shape of the tail of importance weights at which estimates can be trusted.
@@ -24,7 +31,7 @@ and 2 sqrt(pi) 0.7 = 2.5 of them are effective under it.
 """
 
 
-def effective_size(log_weight: Any) -> Any:
+def effective_size(log_weight: LogWeights) -> Any:
     """Effective number of draws or nodes of these weights, which need not sum to one.
 
     The square of the sum of the weights over the sum of their squares (Kish).
@@ -35,7 +42,7 @@ def effective_size(log_weight: Any) -> Any:
     return module.sum(weight) ** 2 / module.sum(weight**2)
 
 
-def pareto_k(log_weight: Any) -> float:
+def pareto_k(log_weight: LogWeights) -> float:
     """Shape of the tail of the weights; above `GOOD_PARETO_K` estimates cannot be trusted.
 
     Zero for equal weights, which have no tail; infinite where there are too few, or nearly all of
@@ -46,10 +53,8 @@ def pareto_k(log_weight: Any) -> float:
         return float("inf")
     if np.ptp(finite) < 1e-6:
         return 0.0
-    from arviz_stats.base import array_stats  # it takes long to import
-
     with np.errstate(all="ignore"):  # a tail of zeros divides by zero
-        k = float(array_stats.psislw(-finite)[1])  # it takes log likelihoods left out
+        k = float(_statistics().psislw(-finite)[1])  # it takes log likelihoods left out
     return k if np.isfinite(k) else float("inf")
 
 
@@ -129,7 +134,7 @@ def _r_hat(values: np.ndarray, weighting: Weighting) -> float:
     return float(_statistics().rhat(values)) if in_chains and np.ptp(values) > 0 else float("nan")
 
 
-def scalars(name: str, values: Any) -> list[tuple[str, np.ndarray]]:
+def scalars(name: str, values: Array | np.ndarray) -> list[tuple[str, np.ndarray]]:
     """Split draws [chain, draw, ...] of an array into draws of named numbers."""
     array = np.asarray(values)
     if array.ndim == 2:
@@ -138,9 +143,7 @@ def scalars(name: str, values: Any) -> list[tuple[str, np.ndarray]]:
     return [(f"{name}[{i}]", flat[..., i]) for i in range(flat.shape[-1])]
 
 
-def from_scalars(
-    shapes: Mapping[str, tuple[int, ...]], values: Mapping[str, Any]
-) -> dict[str, Any]:
+def from_scalars(shapes: Mapping[str, tuple[int, ...]], values: Given) -> dict[str, Number]:
     """Values by name, the elements of an array put together where they come one by one.
 
     Shapes are those that are needed; of an array there are all values together, or each element by
@@ -149,7 +152,7 @@ def from_scalars(
     return {name: _value(name, shape, values) for name, shape in shapes.items()}
 
 
-def _value(name: str, shape: tuple[int, ...], values: Mapping[str, Any]) -> Any:
+def _value(name: str, shape: tuple[int, ...], values: Given) -> Number:
     if not shape or name in values:
         return values[name]
     count = int(np.prod(shape))

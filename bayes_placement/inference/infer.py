@@ -1,12 +1,12 @@
 """Posterior of everything unknown in an experiment, given a measurement."""
 
 import time
-from typing import Any
 
 import equinox as eqx
 import jax
 import numpy as np
 import xarray as xr
+from jaxtyping import Array, Float
 
 from .._shared.arguments import arguments_checked, check_kind
 from .._shared.compiled import compiled
@@ -21,7 +21,7 @@ from . import divergence, engines, marginals
 from ._results_tree import Inference, equal_draws, pick, tree
 from .chi2 import misfit_sentence
 from .engines.empirical_bayes import Hierarchy
-from .engines.engine import Engine, EngineDraws
+from .engines.engine import Draws, Engine, EngineDraws, Flat, Positions
 from .engines.least_squares import LeastSquares
 from .estimates import LEAST_NODES, Weighting, standard_error
 from .marginals.marginal import DrawPlacement, Marginal
@@ -33,6 +33,8 @@ from .results import DATA_FAULTS, MISFIT, RESPONSE_WHEN_EXACT, WARNINGS
 from .simulate import sample_prior
 from .symmetries import Values, symmetries
 from .unconstrained import UnconstrainedModel
+
+Predicted = tuple[Values, Values, Values]
 
 BATCH = 256
 """Draws whose outputs are predicted at once, at most."""
@@ -110,7 +112,7 @@ def infer(
     sentences = [*inference.draws.warnings, *unresolved]
     for sentence in sentences:
         warn(sentence, InferenceWarning)
-    record = {
+    record: dict[str, object] = {
         **method[0].settings(),
         **method[1].settings(),
         **origin(experiment, measurement),
@@ -224,10 +226,10 @@ def _predictions(
     experiment: Experiment,
     data: Data,
     posterior: UnconstrainedModel,
-    position: Any,
+    position: Positions,
     draw_placement: DrawPlacement | None,
     key: Key,
-) -> tuple[Values, dict[str, Any], dict[str, Any]]:
+) -> Predicted:
     """Values by name, predicted outputs and statistics of draws of equal weight [chain, draw]."""
     chains, count = position.shape[:2]
     flat = position.reshape(chains * count, -1)
@@ -246,10 +248,10 @@ class Prediction(eqx.Module):
     posterior: UnconstrainedModel
     draw_placement: DrawPlacement | None
 
-    def __call__(self, flat: Any, key: Key) -> tuple[Values, dict[str, Any], dict[str, Any]]:
+    def __call__(self, flat: Flat, key: Key) -> Predicted:
         """Draw an integrated placement back, and predict the outputs."""
         values = self.posterior.constrain(flat)
-        stats: dict[str, Any] = {}
+        stats: Values = {}
         place_key, noise_key = jax.random.split(key)
         if self.draw_placement is not None:
             substituted = substitute(self.experiment, values)
@@ -259,20 +261,20 @@ class Prediction(eqx.Module):
         return values, _outputs(placed, self.data, noise_key), stats
 
 
-def _predicted_once(predict: Prediction, pair: Any) -> Any:
+def _predicted_once(predict: Prediction, pair: tuple[Flat, Key]) -> Predicted:
     return predict(*pair)
 
 
-def _predicted(predict: Prediction, batch: int, flat: Any, keys: Any) -> Any:
+def _predicted(predict: Prediction, batch: int, flat: Draws, keys: Key) -> Predicted:
     return jax.lax.map(lambda pair: predict(*pair), (flat, keys), batch_size=batch)
 
 
-def _outputs(experiment: Experiment, data: Data, key: Key) -> dict[str, Any]:
+def _outputs(experiment: Experiment, data: Data, key: Key) -> Values:
     """Outputs without and with a draw of the output error, and the log likelihood of the data."""
     response = experiment.predict()
     if experiment.noise is None:
         return {"response": response}
-    exact = {}
+    exact: Values = {}
     if experiment.model_error is not None:
         exact = {RESPONSE_WHEN_EXACT: experiment.with_errors(None).predict()}
     distribution = experiment.noise.distribution(response, data)
@@ -283,19 +285,19 @@ def _outputs(experiment: Experiment, data: Data, key: Key) -> dict[str, Any]:
     }
 
 
-def _named(posterior: UnconstrainedModel, position: Any) -> dict[str, np.ndarray]:
+def _named(posterior: UnconstrainedModel, position: Positions) -> Values:
     return jax.tree.map(np.asarray, compiled(_constrained)(posterior, position))
 
 
-def _at_mode(posterior: UnconstrainedModel, mode: Any) -> Values:
+def _at_mode(posterior: UnconstrainedModel, mode: Flat) -> Values:
     return posterior.constrain(mode)
 
 
-def _constrained(posterior: UnconstrainedModel, position: Any) -> Values:
+def _constrained(posterior: UnconstrainedModel, position: Positions) -> Values:
     return jax.vmap(jax.vmap(posterior.constrain))(position)
 
 
-def _unresolved(stats: dict[str, np.ndarray]) -> list[str]:
+def _unresolved(stats: Values) -> list[str]:
     """Warn where the integral over the placement is not resolved."""
     mean = {name: float(np.mean(value)) for name, value in stats.items()}
     sentences = []
@@ -352,5 +354,7 @@ def _from_neighbours(
     return divergence.from_posterior_draws(vectors, np.asarray(log_prior))
 
 
-def _log_priors(posterior: UnconstrainedModel, names: list[str], position: Any) -> Any:
+def _log_priors(
+    posterior: UnconstrainedModel, names: list[str], position: Positions
+) -> Float[Array, "chain draw"]:
     return jax.vmap(jax.vmap(lambda flat: posterior.log_prior(flat, names)))(position)

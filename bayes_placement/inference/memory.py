@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import jax
 import numpy as np
@@ -10,11 +10,14 @@ from jax.extend.core import ClosedJaxpr, Jaxpr, Literal, Var
 
 from .._shared.compiled import Bound
 
+Input = TypeVar("Input")
+Output = TypeVar("Output")
+
 MOST_BYTES = 1 << 29
 """Memory [bytes] that the evaluations of one batch may take together."""
 
 
-def working_bytes(function: Bound[Any], *arguments: Any) -> int:
+def working_bytes(function: Bound[Any], *arguments: object) -> int:
     """Return the most memory [bytes] that a function holds at once, besides its arguments.
 
     Every intermediate array counts from where it is computed to where it is used last. XLA fuses
@@ -33,7 +36,7 @@ def available_bytes() -> int | None:
     return int(free[0][1]) * 1024 if free else None
 
 
-def affordable_batch(function: Bound[Any], argument: Any, most: int) -> int:
+def affordable_batch(function: Bound[Any], argument: object, most: int) -> int:
     """Return how many evaluations of a function fit into memory at once.
 
     They are at least one and at most `most`. The argument is one element of a batch.
@@ -41,7 +44,7 @@ def affordable_batch(function: Bound[Any], argument: Any, most: int) -> int:
     return int(np.clip(MOST_BYTES // max(working_bytes(function, argument), 1), 1, most))
 
 
-def mapped(function: Callable[[Any], Any], arguments: Any, batch: int) -> Any:
+def mapped(function: Callable[[Input], Output], arguments: Input, batch: int) -> Output:
     """Return the values of a function for each element of arrays, a batch of them at once.
 
     Elements lie along the first axis of the arrays.
@@ -81,7 +84,7 @@ def _last_uses(jaxpr: Jaxpr) -> Mapping[Var, int]:
     return uses | dict.fromkeys(returned, len(jaxpr.eqns))
 
 
-def _parts(params: Mapping[str, Any]) -> Iterator[Jaxpr]:
+def _parts(params: Mapping[str, object]) -> Iterator[Jaxpr]:
     """Programs inside an equation: bodies of loops and calls, of which one runs at a time."""
     for value in params.values():
         for part in value if isinstance(value, list | tuple) else [value]:

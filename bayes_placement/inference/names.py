@@ -1,7 +1,6 @@
 """Engines and marginals by the names that people type."""
 
 from types import ModuleType
-from typing import Any
 
 
 def names(registry: ModuleType) -> list[str]:
@@ -9,7 +8,7 @@ def names(registry: ModuleType) -> list[str]:
     return [name.lower() for name in registry.__all__]
 
 
-def of_name(registry: ModuleType, name: str) -> Any:
+def of_name(registry: ModuleType, name: str) -> type:
     """Class of `engines` or `marginals` by its name in lower case: `smc`."""
     from .._shared.errors import InputError  # imports JAX, which the list of names must not
 

@@ -75,13 +75,13 @@ class Residuals:
         size = np.sqrt(np.sum(self.residual**2, axes, keepdims=True) / count)
         return np.broadcast_to(np.where(size > 0, size, 1.0), self.residual.shape)
 
-    def labelled(self, values: Any, **attributes: str) -> xr.DataArray:
+    def labelled(self, values: np.ndarray, **attributes: str) -> xr.DataArray:
         """Put the labels of the outputs on an array; NaN where nothing was measured."""
         array = np.where(self.present, values, np.nan)
         flat = self.template.copy(data=array if "part" in self.template.dims else array[..., 0])
         return by_level(flat.assign_attrs(attributes))
 
-    def labelled_lines(self, values: Any, **attributes: str) -> xr.DataArray:
+    def labelled_lines(self, values: np.ndarray, **attributes: str) -> xr.DataArray:
         """Put the labels on one number for each line, both parts together."""
         template = self.template
         flat = template.isel(part=0, drop=True) if "part" in template.dims else template
@@ -89,7 +89,7 @@ class Residuals:
         return by_level(flat.copy(data=array).assign_attrs(attributes))
 
 
-def shows_modes(labelled: Any) -> bool:
+def shows_modes(labelled: xr.DataArray | xr.Dataset) -> bool:
     """Whether outputs are modal parameters, by their labels."""
     return labelled["actuator"].values.tolist() == [COLUMN]
 
@@ -125,8 +125,7 @@ def response_when_exact(posterior: xr.DataTree) -> FRFParts | None:
     if RESPONSE_WHEN_EXACT not in predicted:
         return None
     ordered = _in_order(predicted)
-    mean: FRFParts = _flat_draws(ordered[RESPONSE_WHEN_EXACT]).mean(axis=0)
-    return mean
+    return _flat_draws(ordered[RESPONSE_WHEN_EXACT]).mean(axis=0)
 
 
 def by_level(flat: Labelled) -> Labelled:
@@ -154,7 +153,7 @@ def _in_order(dataset: xr.Dataset) -> xr.Dataset:
     return flat.swap_dims(line="frequency")
 
 
-def levels_of(labelled: Any) -> tuple[Any, Any]:
+def levels_of(labelled: xr.DataArray | xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     """Force levels [N], none where they are not known, and the number of the level of each line."""
     if FORCE_LEVEL not in labelled.coords:
         return np.empty(0), np.zeros(labelled.sizes["frequency"], int)
@@ -167,17 +166,17 @@ def _transposed(values: xr.DataArray, leading: tuple[str, ...]) -> xr.DataArray:
     return values.transpose(*leading, "sensor", "actuator", "frequency", *trailing)
 
 
-def _with_part(values: xr.DataArray) -> Any:
+def _with_part(values: xr.DataArray) -> Float[np.ndarray, "..."]:
     array = np.asarray(values.values, dtype=float)
     return array if "part" in values.dims else array[..., None]
 
 
-def _flat_draws(values: xr.DataArray) -> Any:
+def _flat_draws(values: xr.DataArray) -> Draws:
     array = _with_part(_transposed(values, ("chain", "draw")))
     return array.reshape(-1, *array.shape[2:])
 
 
-def _deviation(observed: xr.Dataset) -> Any:
+def _deviation(observed: xr.Dataset) -> FRFParts | None:
     if "deviation" not in observed:
         return None
     deviation = _with_part(_transposed(observed["deviation"], ()))

@@ -34,7 +34,7 @@ def integer_seed(key: object) -> int:
     return seed % _LARGEST
 
 
-def recorded_seed(key: Any) -> int | list[int]:
+def recorded_seed(key: int | Key) -> int | list[int]:
     """Return what a file of results says of a seed: the integer, or the words of the key."""
     return int(key) if _is_integer(key) else _words(_checked(key))
 
@@ -45,7 +45,7 @@ def _is_integer(key: object) -> bool:
     return isinstance(key, int | np.integer) or _is_array(key, 0, jnp.integer)
 
 
-def _integer(key: Any) -> int:
+def _integer(key: int | Key) -> int:
     """Return an integer of 64 bits, as all generators take it."""
     if not -_LARGEST <= int(key) < _LARGEST:
         raise InputError(
@@ -64,7 +64,7 @@ def _checked(key: object) -> Key:
     )
 
 
-def _is_array(key: Any, dimensions: int, kind: Any) -> bool:
+def _is_array(key: object, dimensions: int, kind: Any) -> bool:
     if not isinstance(key, jax.Array | np.ndarray):
         return False
     return key.ndim == dimensions and bool(jnp.issubdtype(key.dtype, kind))
@@ -72,5 +72,4 @@ def _is_array(key: Any, dimensions: int, kind: Any) -> bool:
 
 def _words(key: Key) -> list[int]:
     typed = jnp.issubdtype(key.dtype, jax.dtypes.prng_key)
-    words: list[int] = np.asarray(jax.random.key_data(key) if typed else key).tolist()
-    return words
+    return np.asarray(jax.random.key_data(key) if typed else key).tolist()

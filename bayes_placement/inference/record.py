@@ -3,7 +3,6 @@
 import pickle
 from datetime import UTC, datetime
 from importlib.metadata import version
-from typing import Any
 
 from ..experiment.content_hash import content_hash
 from ..experiment.experiment import Experiment
@@ -34,18 +33,13 @@ def origin(experiment: Experiment, measured: object) -> dict[str, str]:
     }
 
 
-def record(experiment: Experiment, measured: object, seed: int = 0) -> dict[str, Any]:
+def record(experiment: Experiment, measured: object, seed: int = 0) -> dict[str, object]:
     """What a file of results says of its origin.
 
     Besides its origin the `versions`, the `seed` of all random numbers, 0 where a method takes
     none, since its own are fixed, and `units`: all numbers are in SI.
     """
-    return {
-        "versions": versions(),
-        "seed": seed,
-        "units": "SI",
-        **origin(experiment, measured),
-    }
+    return {"versions": versions(), "seed": seed, "units": "SI", **origin(experiment, measured)}
 
 
 def _hash_or_nothing(value: object) -> str:

@@ -6,7 +6,7 @@ from typing import Any
 import equinox as eqx
 import jax
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Complex, Float
 from numpyro.distributions import Distribution
 
 from .._shared.compiled import compiled
@@ -17,7 +17,7 @@ from ..experiment.experiment import Experiment
 from ..experiment.model_error import shares_size
 from ..experiment.noise import Data
 from .coordinates import Coordinates
-from .engines.least_squares import LeastSquares
+from .engines.least_squares import LeastSquares, ParameterPoints, Residuals
 from .residuals_of_state import (
     ResidualsOfState,
     State,
@@ -25,6 +25,8 @@ from .residuals_of_state import (
     coordinates_of,
     name_in_state,
 )
+
+Content = tuple[Experiment, Data, dict[str, float], State | None, tuple[State, ...]]
 
 
 class Problem:
@@ -93,14 +95,14 @@ class Problem:
         )
         self.squares = LeastSquares(self._evaluated, self.dimension, count, traced, self._alike())
 
-    def __reduce__(self) -> Any:
+    def __reduce__(self) -> tuple[object, ...]:
         """Another process makes it anew, and compiles it, from what it was made of."""
         return _from_content, (self.content, self._settings)
 
     def _alike(self) -> np.ndarray:
         """A number for each unknown: the same one for what is alike of each sensor or actuator."""
         unknowns = self.experiment.unknown | self.further_unknowns
-        numbers: dict[Any, int] = {}
+        numbers: dict[tuple[object, ...], int] = {}
         kinds = np.zeros(self.dimension, dtype=int)
         for name, place in self.coordinates.places.items():
             unknown = unknowns[name]
@@ -110,7 +112,7 @@ class Problem:
                 kinds[column] = numbers.setdefault(key, len(numbers))
         return kinds
 
-    def _evaluated(self, points: Any, logarithmic: Any) -> tuple[np.ndarray, np.ndarray]:
+    def _evaluated(self, points: ParameterPoints, logarithmic: bool) -> Residuals:
         """Residuals of all states, the experiment first, and the sum of logs."""
         return _of_states(self._parts, points, logarithmic)
 
@@ -130,7 +132,7 @@ class Problem:
         return self.squares.count
 
     @property
-    def content(self) -> tuple[Any, ...]:
+    def content(self) -> Content:
         """All that its fits follow from, but for their starts."""
         return self.experiment, self.data, self.sizes, self.baseline, self.further
 
@@ -225,7 +227,7 @@ class Problem:
         return np.concatenate(parts, axis=1)
 
     def with_laws(
-        self, points: Float[np.ndarray, "point unknown"], laws: Any
+        self, points: ParameterPoints, laws: Complex[np.ndarray, "point law pair frequency"]
     ) -> Float[np.ndarray, "point law datum"]:
         """Residuals of all states, other laws on the last ports of the experiment alone.
 
@@ -243,8 +245,8 @@ class Problem:
 
 
 def _of_states(
-    parts: Sequence[ResidualsOfState], points: Any, logarithmic: Any
-) -> tuple[np.ndarray, np.ndarray]:
+    parts: Sequence[ResidualsOfState], points: ParameterPoints, logarithmic: bool
+) -> Residuals:
     """Residuals of some states one after the other, and the sum of logs."""
     ends = np.cumsum([0, *(part.size for part in parts)])
     residual = np.empty((len(points), ends[-1]))
@@ -275,7 +277,7 @@ def fields_of(effect: Effect, problem: Problem) -> dict[str, str]:
     return {unknown.name: unknown.field for unknown in problem.experiment.unknowns_of(effect)}
 
 
-def _from_content(content: Any, settings: Mapping[str, Any]) -> Problem:
+def _from_content(content: Content, settings: Mapping[str, Any]) -> Problem:
     experiment, data, sizes, baseline, further = content
     return Problem(experiment, data, sizes=sizes, baseline=baseline, further=further, **settings)
 
@@ -308,7 +310,9 @@ def _medians(unknowns: Sequence[Unknown]) -> dict[str, float]:
     }
 
 
-def _scores(distribution: Distribution, values: Any) -> Float[Array, "point coordinate"]:
+def _scores(
+    distribution: Distribution, values: Float[Array, "point"]
+) -> Float[Array, "point coordinate"]:
     """Coordinates of values [point] of one unknown."""
     coordinates = Coordinates({"value": distribution})
     return jax.vmap(lambda value: coordinates.vector({"value": value}))(values)

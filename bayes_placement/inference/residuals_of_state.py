@@ -27,7 +27,11 @@ from .batches import (
     without_priors,
 )
 from .coordinates import Coordinates
-from .standardised_residual import standardised_residual
+from .engines.least_squares import ParameterPoints
+from .standardised_residual import Logarithmic, standardised_residual
+
+AtPoints = Float[Array, "point unknown"]
+Standardised = tuple[Float[Array, "point datum"], Float[Array, "point"]]
 
 
 class State(NamedTuple):
@@ -66,10 +70,7 @@ class ResidualsOfState:
         return int(np.size(self._state.data.z))
 
     def fill(
-        self,
-        arrays: tuple[np.ndarray, np.ndarray],
-        points: Float[np.ndarray, "point unknown"],
-        logarithmic: Any,
+        self, arrays: tuple[np.ndarray, np.ndarray], points: ParameterPoints, logarithmic: bool
     ) -> None:
         """Write residuals [point, datum] and sums of logs [point] into arrays."""
         mine = points[:, self.columns]
@@ -83,17 +84,15 @@ class ResidualsOfState:
         for array, values in zip(arrays, fewer, strict=True):
             array[:] = values[which]
 
-    def _of_batch(self, points: Any, logarithmic: Any) -> tuple[Array, Array]:
+    def _of_batch(self, points: ParameterPoints, logarithmic: bool) -> Standardised:
         return self._residuals(self._numbers(points), logarithmic)
 
-    def _numbers(self, points: Any) -> list[Any]:
+    def _numbers(self, points: ParameterPoints) -> list[object]:
         """Numbers of the experiments at a batch of points."""
         return self._batch(self._coordinates.numbers(points)).numbers
 
     def with_laws(
-        self,
-        points: Float[np.ndarray, "point unknown"],
-        laws: Complex[np.ndarray, "point law pair frequency"],
+        self, points: ParameterPoints, laws: Complex[np.ndarray, "point law pair frequency"]
     ) -> Float[np.ndarray, "point law datum"]:
         """Residuals at points with other laws on the ports of the last effect, or in its modulus.
 
@@ -148,7 +147,7 @@ class ResidualsOfState:
         self._residuals.prepare(self._batch.outcome(self._any_values).numbers, False)
 
     @functools.cached_property
-    def _residuals(self) -> Bound[tuple[Array, Array]]:
+    def _residuals(self) -> Bound[Standardised]:
         """Residuals of experiments of this form: one function for all hypotheses that share it."""
         form = self._batch.outcome(self._any_values).form
         shared, data = form.shared(self._declared), self._state.data
@@ -168,7 +167,7 @@ class TracedResiduals(eqx.Module):
     columns: tuple[tuple[int, ...], ...] = eqx.field(static=True)
     """Coordinates of the problem that are those of each state."""
 
-    def __call__(self, points: Any, logarithmic: Any) -> tuple[Array, Array]:
+    def __call__(self, points: AtPoints, logarithmic: Logarithmic) -> Standardised:
         """Residuals [point, datum] and sums of logs [point]."""
         parts = zip(self.states, self.columns, strict=True)
         return _joined(
@@ -176,7 +175,7 @@ class TracedResiduals(eqx.Module):
         )
 
 
-def _joined(parts: Sequence[tuple[Array, Array]]) -> tuple[Array, Array]:
+def _joined(parts: Sequence[Standardised]) -> Standardised:
     """Residuals and sums of logs of all states from those of each."""
     residuals, log_scales = zip(*parts, strict=True)
     return jnp.concatenate(residuals, axis=1), sum(log_scales[1:], log_scales[0])
@@ -201,12 +200,12 @@ def coordinates_of(
 
 def _residuals(
     form: Form,
-    shared: Sequence[Any],
+    shared: Sequence[object],
     data: Data,
     one_by_one: bool,
     numbers: Sequence[Array],
-    logarithmic: Any,
-) -> tuple[Array, Array]:
+    logarithmic: Logarithmic,
+) -> Standardised:
     """Residuals of a batch of experiments, all their numbers being inputs."""
 
     def of(numbers: Sequence[Array]) -> tuple[Array, Array]:
@@ -216,8 +215,8 @@ def _residuals(
 
 
 def _at_points(
-    experiment: Experiment, data: Data, points: Float[Array, "point unknown"], logarithmic: Any
-) -> tuple[Array, Array]:
+    experiment: Experiment, data: Data, points: AtPoints, logarithmic: Logarithmic
+) -> Standardised:
     """Residuals of a batch of points, for a function that is compiled around them."""
     coordinates = coordinates_of(experiment, standard_normal=False)
 

@@ -1,6 +1,7 @@
 """Labelled arrays and warnings of a tree of results, in ArviZ's words."""
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -62,7 +63,7 @@ def _sentences(result: "xr.DataTree", attribute: str) -> list[str]:
     return [str(sentence) for sentence in np.atleast_1d(result.attrs.get(attribute, []))]
 
 
-def named_draws(experiment: "Experiment", values: dict[str, Any]) -> "xr.Dataset":
+def named_draws(experiment: "Experiment", values: Mapping[str, object]) -> "xr.Dataset":
     """Draws [chain, draw, ...] of the unknowns, in their order, with units and roles."""
     import xarray as xr
 
@@ -94,7 +95,7 @@ def numbered(dataset: "xr.Dataset") -> "xr.Dataset":
 
 
 def outputs(
-    experiment: "Experiment", variables: dict[str, Any], leading: tuple[str, ...]
+    experiment: "Experiment", variables: Mapping[str, object], leading: tuple[str, ...]
 ) -> "xr.Dataset":
     """Arrays of outputs with the names of channels, force levels where there are, parts, lines.
 
@@ -107,7 +108,7 @@ def outputs(
     dimensions = (*leading, "sensor", "actuator", *levels, *parts, "frequency")
     units = {"units": experiment.observe.label}
     dataset = xr.Dataset({n: (dimensions, np.asarray(v), units) for n, v in variables.items()})
-    coordinates: dict[str, Any] = {
+    coordinates: dict[str, object] = {
         "sensor": experiment.observe.rows(experiment.sensor_channels),
         "actuator": experiment.observe.columns(experiment.actuator_channels),
         "frequency": ("frequency", np.asarray(experiment.frequency), {"units": "Hz"}),

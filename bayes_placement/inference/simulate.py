@@ -1,7 +1,5 @@
 """Draws of everything unknown from the prior, and what would be measured."""
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 from numpyro.infer import Predictive
@@ -13,11 +11,12 @@ from ..experiment.experiment import MEASURED, RESPONSE, Experiment
 from ..experiment.prior_draws import draws_from_priors
 from .random_keys import jax_key
 from .results import named_draws, numbered, outputs
+from .symmetries import Values
 
 PRIOR_DRAWS = 1000
 
 
-def sample_prior(experiment: Experiment, key: Key, draws: int = PRIOR_DRAWS) -> dict[str, Any]:
+def sample_prior(experiment: Experiment, key: Key, draws: int = PRIOR_DRAWS) -> Values:
     """Draws [chain, draw, ...] of every unknown from its prior, by name."""
     drawn = draws_from_priors(experiment.unknowns, key, draws)
     return {name: values[None] for name, values in drawn.items()}
@@ -59,7 +58,5 @@ def simulate(experiment: Experiment, *, draws: int = 1000, key: int | Key = 0) -
     return xr.DataTree.from_dict(groups)
 
 
-def _simulated(experiment: Experiment, draws: int, key: Key) -> dict[str, Any]:
-    predictive = Predictive(experiment.model, num_samples=draws, batch_ndims=1)
-    samples: dict[str, Any] = predictive(key)
-    return samples
+def _simulated(experiment: Experiment, draws: int, key: Key) -> Values:
+    return Predictive(experiment.model, num_samples=draws, batch_ndims=1)(key)

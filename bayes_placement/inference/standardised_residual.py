@@ -1,15 +1,15 @@
 """Residuals of an experiment over their standard deviations, plain or of logarithms of FRFs."""
 
-from typing import Any
-
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array
-from numpyro.distributions import MaskedDistribution, MultivariateNormal
+from jaxtyping import Array, Bool
+from numpyro.distributions import Distribution, MaskedDistribution, MultivariateNormal
 
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
 from ..experiment.observe import Complex
+
+Logarithmic = bool | Bool[Array, ""]
 
 LOGARITHMIC_ERROR = 0.1
 """Relative error by which a logarithmic residual is divided."""
@@ -18,7 +18,9 @@ LEAST_RATIO = 1e-12
 """Least modulus of what is predicted over what was measured, whose logarithm is taken."""
 
 
-def standardised_residual(known: Experiment, data: Data, logarithmic: Any) -> tuple[Array, Array]:
+def standardised_residual(
+    known: Experiment, data: Data, logarithmic: Logarithmic
+) -> tuple[Array, Array]:
     """Residuals over their standard deviations, and the sum of the logs of these.
 
     Nothing of the experiment is unknown. They may be those of the complex logarithm, which only
@@ -36,7 +38,7 @@ def standardised_residual(known: Experiment, data: Data, logarithmic: Any) -> tu
     return chosen, log_scale
 
 
-def _standardised(distribution: Any, data: Data) -> tuple[Array, Array]:
+def _standardised(distribution: Distribution, data: Data) -> tuple[Array, Array]:
     """Residuals over their standard deviations and the sum of the logs of these.
 
     Zero where nothing was measured.

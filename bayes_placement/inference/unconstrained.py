@@ -1,13 +1,11 @@
 """Prior and likelihood of a NumPyro model over one flat vector without bounds."""
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
 from numpyro.distributions import Distribution
 from numpyro.infer.util import compute_log_probs
 
@@ -18,11 +16,10 @@ from ..experiment.prior_draws import prior_draws
 from ._quadrature_rules import product_rule
 from .coordinates import Coordinates
 from .engines.empirical_bayes import Hierarchy
+from .engines.engine import Box, Draws, Flat, Nodes, Scalar
 from .engines.least_squares import LeastSquares
-from .estimates import from_scalars
+from .estimates import Given, from_scalars
 from .symmetries import Move, Values
-
-Flat = Float[Array, "unknown"]
 
 
 def _unknown() -> None:
@@ -91,7 +88,7 @@ class UnconstrainedModel(eqx.Module):
         """Flat vector of values by name; not finite where a prior excludes a value."""
         return self.coordinates.vector(values)
 
-    def vector(self, values: Mapping[str, Any]) -> Flat:
+    def vector(self, values: Given) -> Flat:
         """Flat vector of values by name, arrays as a whole or element by element."""
         try:
             shapes = {name: prior.shape() for name, prior in self.priors.items()}
@@ -114,15 +111,15 @@ class UnconstrainedModel(eqx.Module):
         """Values by name at a flat vector."""
         return self.coordinates.values(flat)
 
-    def log_jacobian(self, flat: Flat, names: list[str] | None = None) -> Float[Array, ""]:
+    def log_jacobian(self, flat: Flat, names: list[str] | None = None) -> Scalar:
         """Log volume that (some) values gain per volume of the flat vector."""
         return self.coordinates.log_jacobian(flat, names)
 
-    def log_prior(self, flat: Flat, names: list[str] | None = None) -> Float[Array, ""]:
+    def log_prior(self, flat: Flat, names: list[str] | None = None) -> Scalar:
         """Log prior density of (some of) the flat vector."""
         return self.coordinates.log_prior(flat, names)
 
-    def log_likelihood(self, flat: Flat) -> Float[Array, ""]:
+    def log_likelihood(self, flat: Flat) -> Scalar:
         """Log density of everything that the model observes."""
         terms, trace = compute_log_probs(self.model, (), {}, self.constrain(flat))
         observed = [value for name, value in terms.items() if trace[name]["is_observed"]]
@@ -137,14 +134,12 @@ class UnconstrainedModel(eqx.Module):
         """Vectors that may explain the data as well; not finite where a prior excludes one."""
         return [self.flatten(move(self.constrain(flat))) for move in self.moves]
 
-    def sample_prior(self, key: Key, draws: int) -> Float[Array, "draw unknown"]:
+    def sample_prior(self, key: Key, draws: int) -> Draws:
         """Independent draws from the prior."""
         # Samplers by rejection take ten seconds to compile to run fast, and are run once.
         return compiled(_prior_draws).bound(self, effort=0)(jax.random.split(key, draws))
 
-    def prior_quadrature(
-        self, nodes: int, box: list[tuple[float, float]] | None = None
-    ) -> tuple[Float[Array, "node unknown"], Float[Array, "node"]]:
+    def prior_quadrature(self, nodes: int, box: Box | None = None) -> Nodes:
         """Gauss nodes over the prior of scalar unknowns, and the logs of their weights.
 
         The last unknown runs fastest. The box is a part of each prior, by its cumulative
@@ -154,12 +149,12 @@ class UnconstrainedModel(eqx.Module):
         return compiled(_flattened)(self, values), log_weight
 
 
-def _prior_draws(model: UnconstrainedModel, keys: Any) -> Float[Array, "draw unknown"]:
+def _prior_draws(model: UnconstrainedModel, keys: Key) -> Draws:
     of_unknowns = jax.vmap(lambda key: jax.random.split(key, len(model.names)))(keys)
     return jax.vmap(model.flatten)(prior_draws(model.priors, of_unknowns))
 
 
-def _flattened(model: UnconstrainedModel, values: Values) -> Float[Array, "draw unknown"]:
+def _flattened(model: UnconstrainedModel, values: Values) -> Draws:
     return jax.vmap(model.flatten)(values)
 
 

@@ -5,7 +5,7 @@ trajectory as its fourth root (Neal, doi:10.1201/b10905-6).
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -14,6 +14,7 @@ from jaxtyping import Array, Float
 
 from ..._shared.dimensions import Key
 from ..memory import mapped
+from .engine import Draws, Flat, Scalar
 
 MANY = 12
 """Unknowns from which a population moves along trajectories besides."""
@@ -27,18 +28,18 @@ FIRST_STEP = 0.4
 ACCEPTED = 0.75
 """Share of trajectories that the length of a step is adapted to."""
 
-Density = Callable[[Any], Any]
+Density = Callable[[Flat], Scalar]
 
 
 class Travelled(NamedTuple):
     """Particles after their trajectories, and the share of these that was accepted."""
 
-    particles: Float[Array, "draw unknown"]
-    rate: Float[Array, ""]
+    particles: Draws
+    rate: Scalar
 
 
 def travelled(
-    density: Density, key: Key, particles: Float[Array, "draw unknown"], length: Any, batch: int
+    density: Density, key: Key, particles: Draws, length: Scalar, batch: int
 ) -> Travelled:
     """Move particles along trajectories of Hamiltonian Monte Carlo.
 
@@ -49,14 +50,14 @@ def travelled(
     inverse_mass = jnp.linalg.inv(_mean_curvature(states.logdensity_grad))
     kernel = hmc.build_kernel()
 
-    def move(state: Any, key: Key) -> tuple[Any, Any]:
+    def move(state: hmc.HMCState, key: Key) -> tuple[hmc.HMCState, Scalar]:
         length_key, key = jax.random.split(key)
         # Of one length, trajectories of a period would end where they began.
         of_this = length * jax.random.uniform(length_key, minval=0.6, maxval=1.2)
         state, info = kernel(key, state, density, of_this, inverse_mass, STEPS)
         return state, info.acceptance_rate
 
-    def travel(pair: Any) -> tuple[Any, Any]:
+    def travel(pair: tuple[hmc.HMCState, Key]) -> tuple[Flat, Scalar]:
         state, key = pair
         end, rates = jax.lax.scan(move, state, jax.random.split(key, TRAJECTORIES))
         return end.position, jnp.mean(rates)
@@ -66,7 +67,7 @@ def travelled(
     return Travelled(moved, jnp.mean(rates))
 
 
-def _mean_curvature(gradients: Float[Array, "draw unknown"]) -> Float[Array, "unknown unknown"]:
+def _mean_curvature(gradients: Draws) -> Float[Array, "unknown unknown"]:
     """Mean curvature of minus the log density that particles are drawn from.
 
     It is the mean product of the gradients (Fisher's identity). The distance between modes does not

@@ -5,8 +5,8 @@ trusted, draws are made along the ridges of the posterior; where these cannot ei
 from the Gaussian, unless it would have to follow gradients, which takes minutes.
 """
 
-from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -18,8 +18,8 @@ from ..._shared.dimensions import Key
 from ..._shared.errors import InfeasibleError
 from ..._shared.progress import no_progress
 from .. import engines
-from ..estimates import GOOD_PARETO_K, effective_size, pareto_k
-from .engine import Engine
+from ..estimates import GOOD_PARETO_K, Given, effective_size, pareto_k
+from .engine import Box, Draws, Engine, Flat, Nodes, Scalar
 from .laplace import Laplace
 from .least_squares import Evaluate, LeastSquares
 from .levenberg_marquardt import Fit
@@ -71,14 +71,14 @@ class Reference(eqx.Module):
         """Sizes of errors are numbers here."""
         return
 
-    def log_prior(self, flat: Any) -> Any:
+    def log_prior(self, flat: Flat) -> Scalar:
         """Log density of the Gaussian."""
         mode, root = jnp.asarray(self.gaussian.mode), jnp.asarray(self.gaussian.root)
         normal = jax.scipy.linalg.solve_triangular(root, flat - mode, lower=True)
         log_volume = self._constants(self.dimension) + jnp.sum(jnp.log(jnp.diagonal(root)))
         return -0.5 * normal @ normal - log_volume
 
-    def log_likelihood(self, flat: Any) -> Any:
+    def log_likelihood(self, flat: Flat) -> Scalar:
         """Log of the posterior density over that of the Gaussian, not normalised."""
         residual, log_scale = (value[0] for value in self.evaluate(flat[None], False))
         squares = residual @ residual + flat @ flat
@@ -88,29 +88,27 @@ class Reference(eqx.Module):
     def _constants(self, count: int) -> float:
         return 0.5 * count * float(np.log(2 * np.pi))
 
-    def log_jacobian(self, flat: Any) -> Any:
+    def log_jacobian(self, flat: Flat) -> Scalar:
         """Zero: the vector itself is what is named."""
         return jnp.zeros(())
 
-    def symmetric_images(self, flat: Any) -> list[Any]:
+    def symmetric_images(self, flat: Flat) -> list[Flat]:
         """None."""
         return []
 
-    def vector(self, values: Mapping[str, Any]) -> Any:
+    def vector(self, values: Given) -> Flat:
         """Refuse: the unknowns have no names here."""
         raise InfeasibleError(
             "Values by name were given to begin at, but what is sampled about a mode has no names. "
             "Use engines.SMC()."
         )
 
-    def sample_prior(self, key: Key, draws: int) -> Any:
+    def sample_prior(self, key: Key, draws: int) -> Draws:
         """Draws from the Gaussian."""
         normal = jax.random.normal(key, (draws, self.dimension))
         return jnp.asarray(self.gaussian.mode) + normal @ jnp.asarray(self.gaussian.root).T
 
-    def prior_quadrature(
-        self, nodes: int, box: list[tuple[float, float]] | None = None
-    ) -> tuple[Any, Any]:
+    def prior_quadrature(self, nodes: int, box: Box | None = None) -> Nodes:
         """Refuse: there is no prior here to lay nodes over."""
         raise InfeasibleError(
             "engines.Grid was asked to sample about a mode, but it needs the prior itself. Use "

@@ -6,7 +6,7 @@ sizes of zero and means nothing; the evidence as a function of the sizes has a m
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Generic, NamedTuple, Protocol, TypeVar, runtime_checkable
+from typing import Generic, NamedTuple, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from jaxtyping import Array, Float
@@ -269,7 +269,7 @@ def log_density(size: Unknown, values: Float[np.ndarray, "value"]) -> Float[np.n
     return np.asarray(compiled(_log_prob)(size.distribution, values)) + np.log(values)
 
 
-def _log_prob(distribution: Distribution, values: Any) -> Array:
+def _log_prob(distribution: Distribution, values: Float[Array, "value"]) -> Float[Array, "value"]:
     return distribution.log_prob(values)
 
 

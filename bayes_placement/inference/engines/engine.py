@@ -1,25 +1,36 @@
 """What every engine is, what it may know of a posterior, and what it returns."""
 
 import abc
-from collections.abc import Mapping
-from typing import Any, Protocol, runtime_checkable
+from typing import Protocol, TypeAlias, runtime_checkable
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int, Shaped
 
 from ..._shared.compiled import compiled
 from ..._shared.dimensions import Key
 from ..._shared.progress import Progress
 from ..._shared.reprs import with_short_repr
+from .._quadrature_rules import Interval
+from ..estimates import Given
 from ..memory import affordable_batch, working_bytes
 from .empirical_bayes import Hierarchy
 from .least_squares import LeastSquares
 
 Flat = Float[Array, "unknown"]
 Scalar = Float[Array, ""]
+Draws = Float[Array, "draw unknown"]
+PerDraw = Float[Array, "draw"]
+Positions = Float[Array, "chain draw unknown"]
+Nodes = tuple[Float[Array, "node unknown"], Float[Array, "node"]]
+
+Box = list[Interval]
+"""Part of the prior of each unknown, by its cumulative probabilities."""
+
+Settings: TypeAlias = dict[str, str | int | float]
+"""Name and sizes of a method, as files of results hold them."""
 
 
 @runtime_checkable
@@ -51,40 +62,38 @@ class PosteriorDensity(Protocol):
         The maps keep the volume of the named values. Not finite where a prior excludes an image.
         """
 
-    def vector(self, values: Mapping[str, Any]) -> Flat:
+    def vector(self, values: Given) -> Flat:
         """Vector of values by name."""
 
-    def sample_prior(self, key: Key, draws: int) -> Float[Array, "draw unknown"]:
+    def sample_prior(self, key: Key, draws: int) -> Draws:
         """Draws from the prior."""
 
-    def prior_quadrature(
-        self, nodes: int, box: list[tuple[float, float]] | None = None
-    ) -> tuple[Any, Any]:
+    def prior_quadrature(self, nodes: int, box: Box | None = None) -> Nodes:
         """Gauss nodes over (part of) the prior and the logs of their weights."""
 
 
 class EngineDraws(eqx.Module):
     """What an engine returns."""
 
-    position: Any
+    position: Positions
     """Flat vectors [chain, draw, unknown]."""
-    log_likelihood: Any
+    log_likelihood: Float[Array, "chain draw"]
     """Log likelihood of each draw [chain, draw]."""
-    log_weight: Any = None
+    log_weight: Float[Array, "chain draw"] | None = None
     """Log weight of each draw [chain, draw]; None where all weigh the same."""
-    lineage: Any = None
+    lineage: Int[Array, "chain draw"] | None = None
     """Draws that descend from the same first particle carry the same number [chain, draw]; None
     where draws are independent or a Markov chain."""
     exact: bool = False
     """The draws are nodes of a quadrature; sums over them have no sampling error."""
-    mode: Any = None
+    mode: Flat | None = None
     """Flat vector of the highest posterior density, where the engine looks for it."""
     log_evidence: float = float("nan")
     log_evidence_error: float = float("nan")
     """Log of the evidence and its standard error; NaN where the engine does not give them."""
-    stats: dict[str, Any] = eqx.field(default_factory=dict)
+    stats: dict[str, Shaped[Array, "chain draw"]] = eqx.field(default_factory=dict)
     """Statistics of each draw [chain, draw]."""
-    attributes: dict[str, Any] = eqx.field(default_factory=dict)
+    attributes: dict[str, float | int] = eqx.field(default_factory=dict)
     """Statistics of the run."""
     warnings: tuple[str, ...] = ()
     """One sentence for each diagnostic that fails, with what to do."""
@@ -115,7 +124,7 @@ class Engine(eqx.Module):
         )
 
     @abc.abstractmethod
-    def settings(self) -> dict[str, Any]:
+    def settings(self) -> Settings:
         """What determines the result, for the record."""
 
 
@@ -124,19 +133,14 @@ def log_likelihood(posterior: PosteriorDensity, vector: Flat) -> Scalar:
     return posterior.log_likelihood(vector)
 
 
-def log_likelihoods(
-    posterior: PosteriorDensity, vectors: Float[Array, "draw unknown"]
-) -> Float[Array, "draw"]:
+def log_likelihoods(posterior: PosteriorDensity, vectors: Draws) -> PerDraw:
     """Log likelihoods of many vectors at once."""
     return jax.vmap(posterior.log_likelihood)(vectors)
 
 
 def log_likelihoods_in_batches(
-    posterior: PosteriorDensity,
-    vectors: Float[Array, "draw unknown"],
-    batch: int,
-    progress: Progress,
-) -> Float[Array, "draw"]:
+    posterior: PosteriorDensity, vectors: Draws, batch: int, progress: Progress
+) -> PerDraw:
     """Log likelihoods of many vectors, compiled for a batch of them that fits into memory."""
     evaluate = compiled(log_likelihoods).bound(posterior)
     batch = affordable_batch(compiled(log_likelihood).bound(posterior), vectors[0], batch)

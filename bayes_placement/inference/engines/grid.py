@@ -2,7 +2,6 @@
 
 import dataclasses
 import itertools
-from typing import Any
 
 import equinox as eqx
 import numpy as np
@@ -13,9 +12,9 @@ from ..._shared.arguments import check_count
 from ..._shared.dimensions import Key
 from ..._shared.errors import InfeasibleError
 from ..._shared.progress import Progress
-from .._quadrature_rules import legendre
+from .._quadrature_rules import Interval, legendre
 from ..estimates import LEAST_NODES, effective_size
-from .engine import Engine, EngineDraws, PosteriorDensity, log_likelihoods_in_batches
+from .engine import Box, Engine, EngineDraws, PosteriorDensity, Settings, log_likelihoods_in_batches
 from .importance import weighted
 
 MOST_NODES = 1_000_000
@@ -24,10 +23,6 @@ NEGLIGIBLE = -25.0
 
 LEAST_REDUCTION = 0.8
 """The box is refined as long as a side shrinks below this share of itself."""
-
-Interval = tuple[float, float]
-Box = list[Interval]
-"""Part of the prior of each unknown, by its cumulative probabilities."""
 
 
 class Grid(Engine):
@@ -99,7 +94,7 @@ class Grid(Engine):
         low, high = part
         return tuple(low + (high - low) * edges[[first, last]])  # type: ignore[return-value]
 
-    def settings(self) -> dict[str, Any]:
+    def settings(self) -> Settings:
         """Name and number of nodes."""
         return {"engine": "Grid", "nodes": self.nodes}
 

@@ -1,12 +1,10 @@
 """Importance sampling from the prior, Eqs. (27) and (28) of the paper."""
 
 import dataclasses
-from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
 from scipy.special import logsumexp
 
 from ..._shared.arguments import check_count
@@ -14,7 +12,15 @@ from ..._shared.dimensions import Key
 from ..._shared.errors import InputError
 from ..._shared.progress import Progress
 from ..estimates import GOOD_PARETO_K, effective_size, pareto_k
-from .engine import Engine, EngineDraws, PosteriorDensity, log_likelihoods_in_batches
+from .engine import (
+    Draws,
+    Engine,
+    EngineDraws,
+    PerDraw,
+    PosteriorDensity,
+    Settings,
+    log_likelihoods_in_batches,
+)
 
 LEAST_ESS = 10
 
@@ -51,16 +57,12 @@ class Importance(Engine):
         equal = jnp.full(self.draws, -jnp.log(self.draws))
         return _diagnosed(weighted(vectors, likelihood, equal))
 
-    def settings(self) -> dict[str, Any]:
+    def settings(self) -> Settings:
         """Name and number of draws."""
         return {"engine": "Importance", "draws": self.draws}
 
 
-def weighted(
-    vectors: Float[Array, "draw unknown"],
-    likelihood: Float[Array, "draw"],
-    log_prior_weight: Float[Array, "draw"],
-) -> EngineDraws:
+def weighted(vectors: Draws, likelihood: PerDraw, log_prior_weight: PerDraw) -> EngineDraws:
     """Draws or nodes of the prior, whose weights sum to one, weighted by their log likelihood."""
     log_weight = likelihood + log_prior_weight
     if not np.any(np.isfinite(likelihood)):
@@ -79,8 +81,9 @@ def weighted(
 
 
 def _diagnosed(draws: EngineDraws) -> EngineDraws:
-    relative = np.exp(np.asarray(draws.log_weight)) * draws.log_weight.size
-    k, ess = pareto_k(draws.log_weight), float(effective_size(draws.log_weight))
+    log_weight = np.asarray(draws.log_weight)
+    relative = np.exp(log_weight) * log_weight.size
+    k, ess = pareto_k(log_weight), float(effective_size(log_weight))
     warning = (
         f"Importance sampling is unreliable here: {ess:.0f} of {relative.size} draws are effective "
         f"and Pareto k = {k:.2f}, where {LEAST_ESS} draws and at most {GOOD_PARETO_K} are needed; "

@@ -19,7 +19,8 @@ STEP = 1e-6
 """Step of differences, in prior standard deviations."""
 
 ParameterPoints = Float[np.ndarray, "point unknown"]
-Evaluate = Callable[[Any, Any], tuple[Any, Any]]
+Evaluate = Callable[[Any, bool], tuple[Any, Any]]
+Residuals = tuple[np.ndarray, np.ndarray]
 
 
 class NormalEquations(NamedTuple):
@@ -79,9 +80,7 @@ class LeastSquares:
         self.kinds = np.arange(dimension) if alike is None else alike
         self._alike: LeastSquares | None = None
 
-    def residuals(
-        self, points: ParameterPoints, logarithmic: bool = False
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def residuals(self, points: ParameterPoints, logarithmic: bool = False) -> Residuals:
         """Residuals [point, datum] and sums of logs [point] at points."""
         residual, log_scale = self.evaluate(points, logarithmic)
         return np.require(residual, requirements="W"), np.require(log_scale, requirements="W")

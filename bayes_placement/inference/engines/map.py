@@ -1,14 +1,14 @@
 """Highest points of a posterior from many starts, and a Gaussian about the best, Eq. (26)."""
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
 from ..._shared.advice import MORE_STARTS
 from ..._shared.arguments import check_count
@@ -16,16 +16,19 @@ from ..._shared.compiled import compiled
 from ..._shared.dimensions import Key
 from ..._shared.errors import InputError
 from ..._shared.progress import Progress
-from ..estimates import GOOD_PARETO_K, pareto_k
+from ..estimates import GOOD_PARETO_K, Given, pareto_k
 from .differential_evolution import evolved
 from .empirical_bayes import Hierarchy, Sized, fitted_with_sizes
-from .engine import Engine, EngineDraws, PosteriorDensity
+from .engine import Draws, Engine, EngineDraws, Flat, PerDraw, PosteriorDensity, Scalar, Settings
 from .laplace import Laplace, laplace
 from .least_squares import NormalEquations, ParameterPoints, SquaresAndPrior, Terms
 from .levenberg_marquardt import LARGEST, Objective, minimise
 from .mode_with_sizes import evolved_without_errors, mode_with_sizes, near_modes
 
-Cost = Callable[[PosteriorDensity, Any], Any]
+Cost = Callable[[PosteriorDensity, Flat], Scalar]
+Curvature = Float[Array, "unknown unknown"]
+Expansion = tuple[Scalar, Flat, Curvature]
+Point = Float[np.ndarray, "unknown"]
 
 SEARCHES = ("gradient", "evolutionary")
 
@@ -72,7 +75,7 @@ class MAP(Engine):
     starts: int = eqx.field(static=True, default=32)
     search: str = eqx.field(static=True, default="gradient")
     draws: int = eqx.field(static=True, default=1000)
-    begin: Mapping[str, Any] | None = None
+    begin: Given | None = None
 
     def __check_init__(self) -> None:
         check_count("starts", self.starts, 1, "engines.MAP(starts=32)")
@@ -98,8 +101,7 @@ class MAP(Engine):
         progress(0.9)
         best = int(np.argmin(costs))
         reached = int(np.sum(costs < costs[best] + ALIKE))
-        modes = near[best], ends[best]
-        draws = self._laplace(posterior, modes, draw_key, reached, len(costs))
+        draws = self._laplace(posterior, near[best], ends[best], draw_key, reached, len(costs))
         progress(1.0)
         return draws
 
@@ -137,14 +139,8 @@ class MAP(Engine):
         return np.asarray(posterior.vector(self.begin))[None]
 
     def _laplace(
-        self,
-        posterior: PosteriorDensity,
-        modes: tuple[Any, Any],
-        key: Key,
-        reached: int,
-        of: int,
+        self, posterior: PosteriorDensity, near: Point, mode: Point, key: Key, reached: int, of: int
     ) -> EngineDraws:
-        near, mode = modes
         log_height, curvature = compiled(_height_and_curvature)(posterior, mode)
         gaussian = laplace(mode, np.asarray(curvature))
         prior = np.asarray(posterior.sample_prior(key, max(self.starts, PRIOR_DRAWS)))
@@ -167,18 +163,16 @@ class MAP(Engine):
             warnings=_warnings(is_flat, k, reached, of),
         )
 
-    def settings(self) -> dict[str, Any]:
+    def settings(self) -> Settings:
         """Name and sizes."""
-        sizes = {"starts": self.starts, "search": self.search, "draws": self.draws}
+        sizes: Settings = {"starts": self.starts, "search": self.search, "draws": self.draws}
         if self.begin is None:
             return {"engine": "MAP", **sizes}
         begin = {name: np.asarray(value).tolist() for name, value in self.begin.items()}
         return {"engine": "MAP", **sizes, "begin": json.dumps(begin)}
 
 
-def _fit_from(
-    posterior: PosteriorDensity, problem: Hierarchy, begin: Mapping[str, Any]
-) -> Sized[Hierarchy]:
+def _fit_from(posterior: PosteriorDensity, problem: Hierarchy, begin: Given) -> Sized[Hierarchy]:
     """Fit from known values and sizes; a size at an edge of its prior has no finite coordinate."""
     sizes = {name: begin[name] for name in problem.sizes if name in begin}
     within = {name: problem.sizes[name] for name in sizes}
@@ -257,58 +251,58 @@ class _Newton(_Smooth):
         return NormalEquations(*self.convex(points), np.zeros(len(points)))
 
 
-def _prior_cost(posterior: PosteriorDensity, flat: Any) -> Any:
+def _prior_cost(posterior: PosteriorDensity, flat: Flat) -> Scalar:
     """Minus log prior density of the named values."""
     return posterior.log_jacobian(flat) - posterior.log_prior(flat)
 
 
-def _vector_prior_cost(posterior: PosteriorDensity, flat: Any) -> Any:
+def _vector_prior_cost(posterior: PosteriorDensity, flat: Flat) -> Scalar:
     """Minus log prior density over the flat vector."""
     return -posterior.log_prior(flat)
 
 
-def _vector_cost(posterior: PosteriorDensity, flat: Any) -> Any:
+def _vector_cost(posterior: PosteriorDensity, flat: Flat) -> Scalar:
     """Minus log posterior density over the flat vector."""
     return -_height(posterior, flat)
 
 
-def _cost(posterior: PosteriorDensity, flat: Any) -> Any:
+def _cost(posterior: PosteriorDensity, flat: Flat) -> Scalar:
     """Minus log posterior density of the named values."""
     return _prior_cost(posterior, flat) - posterior.log_likelihood(flat)
 
 
-def _costs(posterior: PosteriorDensity, points: Any) -> Any:
+def _costs(posterior: PosteriorDensity, points: Draws) -> PerDraw:
     return jax.vmap(lambda flat: _cost(posterior, flat))(points)
 
 
-def _height(posterior: PosteriorDensity, flat: Any) -> Any:
+def _height(posterior: PosteriorDensity, flat: Flat) -> Scalar:
     """Log posterior density over the flat vector."""
     return posterior.log_prior(flat) + posterior.log_likelihood(flat)
 
 
-def _densities(posterior: PosteriorDensity, points: Any) -> Any:
+def _densities(posterior: PosteriorDensity, points: Draws) -> tuple[PerDraw, PerDraw]:
     """Log posterior density over the flat vector, and log likelihood, at points."""
     return jax.vmap(lambda flat: (_height(posterior, flat), posterior.log_likelihood(flat)))(points)
 
 
-def _height_and_curvature(posterior: PosteriorDensity, flat: Any) -> Any:
+def _height_and_curvature(posterior: PosteriorDensity, flat: Flat) -> tuple[Scalar, Curvature]:
     return _height(posterior, flat), _expansion(_cost, posterior, flat)[2]
 
 
-def _curvature_over_vector(posterior: PosteriorDensity, flat: Any) -> Any:
+def _curvature_over_vector(posterior: PosteriorDensity, flat: Flat) -> Curvature:
     return -_expansion(_height, posterior, flat)[2]
 
 
-def _expansion(function: Cost, posterior: PosteriorDensity, flat: Any) -> Any:
+def _expansion(function: Cost, posterior: PosteriorDensity, flat: Flat) -> Expansion:
     """Value, gradient and Hessian of a function at a point."""
 
-    def at(flat: Any) -> Any:
+    def at(flat: Flat) -> Scalar:
         return function(posterior, flat)
 
     return (*jax.value_and_grad(at)(flat), jax.hessian(at)(flat))
 
 
-def _value(function: Cost, posterior: PosteriorDensity, flat: Any) -> Any:
+def _value(function: Cost, posterior: PosteriorDensity, flat: Flat) -> Scalar:
     return function(posterior, flat)
 
 

@@ -4,11 +4,11 @@ The joint mode over errors and their sizes lies at sizes of zero and means nothi
 """
 
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Array, Float
 
 from ..._shared.sites import Unknown
 from ..coordinates import Coordinates
@@ -113,6 +113,6 @@ def _log_sizes(
     return drawn, proposal.logpdf(drawn) - prior + norm.logpdf(score)
 
 
-def _score(size: Unknown, value: Any) -> Any:
+def _score(size: Unknown, value: Float[Array, ""]) -> Float[Array, ""]:
     """Standard normal coordinate of a size."""
     return Coordinates({size.name: size.distribution}).vector({size.name: value})[0]

@@ -1,19 +1,23 @@
 """Chains of the no-U-turn sampler."""
 
-from typing import Any
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from arviz_stats.base import array_stats
+from jaxtyping import Array, Float
 from numpyro.infer import NUTS as Kernel
+from numpyro.infer.hmc import HMCState as State
 
 from ..._shared.arguments import check_count, check_fields, check_positive
 from ..._shared.compiled import compiled
 from ..._shared.dimensions import Key
 from ..._shared.progress import Progress
-from .engine import Engine, EngineDraws, PosteriorDensity
+from .engine import Engine, EngineDraws, Flat, Positions, PosteriorDensity, Scalar, Settings
+
+Start = Float[Array, "chain unknown"]
+PerDraw = Float[Array, "chain draw"]
+Samples = dict[str, Array]
 
 R_HAT_OF_CHAINS = 1.01
 """Greatest R-hat of chains that have mixed (Vehtari et al., doi:10.1214/20-BA1221)."""
@@ -84,7 +88,7 @@ class NUTS(Engine):
         return self._draws(samples, likelihood, len(blocks) * length if stopped else None)
 
     def _sample(
-        self, posterior: PosteriorDensity, keys: Any, start: Any, progress: Progress
+        self, posterior: PosteriorDensity, keys: Key, start: Start, progress: Progress
     ) -> tuple[list[dict[str, np.ndarray]], int]:
         """Statistics and positions [step, chain, ...] of each block, and its number of steps."""
         total = self.warmup + self.draws
@@ -102,18 +106,18 @@ class NUTS(Engine):
                 break
         return blocks, length
 
-    def begun(self, posterior: PosteriorDensity, keys: Any, start: Any) -> Any:
+    def begun(self, posterior: PosteriorDensity, keys: Key, start: Start) -> State:
         """State of all chains before the first step."""
         return self._kernel(posterior, keys, start)[1]
 
     def continued(
-        self, posterior: PosteriorDensity, length: int, keys: Any, start: Any, state: Any
-    ) -> tuple[Any, dict[str, Any]]:
+        self, posterior: PosteriorDensity, length: int, keys: Key, start: Start, state: State
+    ) -> tuple[State, Samples]:
         """State after a block of steps, and what is kept of each."""
         # Its state at the start is not used here, but a kernel must have been begun.
         kernel, _ = self._kernel(posterior, keys, start)
 
-        def step(state: Any, _: None) -> tuple[Any, dict[str, Any]]:
+        def step(state: State, _: None) -> tuple[State, Samples]:
             state = kernel.sample(state, (), {})
             statistics = {
                 "position": state.z,
@@ -127,7 +131,7 @@ class NUTS(Engine):
 
         return jax.lax.scan(step, state, None, length=length)
 
-    def _kernel(self, posterior: PosteriorDensity, keys: Any, start: Any) -> tuple[Kernel, Any]:
+    def _kernel(self, posterior: PosteriorDensity, keys: Key, start: Start) -> tuple[Kernel, State]:
         # Compiled on its own it is traced once, although the sampler calls it at many places.
         kernel = Kernel(
             potential_fn=compiled(_potential).bound(posterior),
@@ -136,7 +140,7 @@ class NUTS(Engine):
         )
         return kernel, kernel.init(keys, self.warmup, start, (), {})
 
-    def _draws(self, samples: dict[str, Any], likelihood: Any, stopped: int | None) -> EngineDraws:
+    def _draws(self, samples: Samples, likelihood: PerDraw, stopped: int | None) -> EngineDraws:
         """Lay out the draws; `stopped` is the number of steps of chains that were stopped."""
         position = samples.pop("position")
         r_hat = float(np.max(array_stats.rhat(np.moveaxis(np.asarray(position), 2, 0))))
@@ -153,18 +157,18 @@ class NUTS(Engine):
             ),
         )
 
-    def settings(self) -> dict[str, Any]:
+    def settings(self) -> Settings:
         """Name and sizes."""
-        sizes = {"chains": self.chains, "warmup": self.warmup, "draws": self.draws}
+        sizes: Settings = {"chains": self.chains, "warmup": self.warmup, "draws": self.draws}
         return {"engine": "NUTS", **sizes, "target_accept": self.target_accept}
 
 
-def _potential(posterior: PosteriorDensity, flat: Any) -> Any:
+def _potential(posterior: PosteriorDensity, flat: Flat) -> Scalar:
     """Minus the log posterior density."""
     return -(posterior.log_prior(flat) + posterior.log_likelihood(flat))
 
 
-def _log_priors(posterior: PosteriorDensity, position: Any) -> Any:
+def _log_priors(posterior: PosteriorDensity, position: Positions) -> PerDraw:
     """Log prior densities [chain, draw] of draws [chain, draw, unknown]."""
     return jax.vmap(jax.vmap(posterior.log_prior))(position)
 

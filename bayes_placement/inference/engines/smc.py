@@ -1,7 +1,7 @@
 """Tempered sequential Monte Carlo from the prior to the posterior, with its evidence."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import equinox as eqx
 import jax
@@ -13,7 +13,7 @@ from blackjax.smc import resampling
 from blackjax.smc.ess import ess_solver
 from blackjax.smc.solver import dichotomy
 from jax.scipy.special import logsumexp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from ..._shared.arguments import check_count, check_fields, check_positive
 from ..._shared.compiled import compiled
@@ -22,7 +22,13 @@ from ..._shared.errors import InputError
 from ..._shared.progress import Progress
 from ..memory import affordable_batch, mapped
 from . import _trajectories as trajectories
-from .engine import Engine, EngineDraws, PosteriorDensity, log_likelihood
+from .engine import Engine, EngineDraws, Flat, PosteriorDensity, Scalar, Settings, log_likelihood
+
+State: TypeAlias = random_walk.RWState
+Jump = Callable[[Key, Flat], Flat]
+Density = trajectories.Density
+Particles = Float[Array, "draw unknown"]
+PerParticle = Float[Array, "draw"]
 
 R_HAT_OF_POPULATIONS = 1.05
 """Greatest R-hat of independent populations that agree."""
@@ -47,13 +53,13 @@ too wide and a mean 0.08 deviations off, with any number of particles."""
 
 
 class _Population(NamedTuple):
-    particles: Float[Array, "draw unknown"]
-    log_likelihood: Float[Array, "draw"]
-    temperature: Any
-    log_evidence: Any
-    lineage: Any
-    scale: Any
-    length: Any
+    particles: Particles
+    log_likelihood: PerParticle
+    temperature: Scalar
+    log_evidence: Scalar
+    lineage: Int[Array, "draw"]
+    scale: Scalar
+    length: Scalar
 
 
 class _Stages(NamedTuple):
@@ -146,7 +152,7 @@ class SMC(Engine):
             lineage=population.lineage[ancestors],
         )
 
-    def _next_temperature(self, population: _Population, size: int) -> Any:
+    def _next_temperature(self, population: _Population, size: int) -> Scalar:
         """Temperature at which the share `target_ess` of a population is effective."""
         remainder = 1 - population.temperature
         target = self.target_ess * size / population.log_likelihood.size
@@ -164,15 +170,15 @@ class SMC(Engine):
         particles = population.particles
         pairs = population.scale * 2.38 / jnp.sqrt(2 * particles.shape[1])
 
-        def density(flat: Any) -> Any:
+        def density(flat: Flat) -> Scalar:
             likelihood = population.temperature * posterior.log_likelihood(flat)
             value = posterior.log_prior(flat) + likelihood
             return jnp.where(jnp.isnan(value), -jnp.inf, value)
 
-        def jump(key: Key, position: Any) -> Any:
+        def jump(key: Key, position: Flat) -> Flat:
             return _difference(key, particles, pairs)
 
-        def walk(key: Key, position: Any) -> tuple[Any, Any]:
+        def walk(key: Key, position: Flat) -> tuple[Flat, Scalar]:
             walk_key, image_key = jax.random.split(key)
             state, rate = _walk(density, jump, walk_key, position, self.moves)
             return _jump_to_image(posterior, density, image_key, state), rate
@@ -207,9 +213,9 @@ class SMC(Engine):
             warnings=_warnings(r_hat, stuck, self.populations),
         )
 
-    def settings(self) -> dict[str, Any]:
+    def settings(self) -> Settings:
         """Name and sizes."""
-        sizes = {"particles": self.particles, "populations": self.populations}
+        sizes: Settings = {"particles": self.particles, "populations": self.populations}
         return {"engine": "SMC", **sizes, "moves": self.moves, "target_ess": self.target_ess} | {
             "prior_draws": self.prior_draws
         }
@@ -223,15 +229,15 @@ def _moved_at_once(posterior: PosteriorDensity, size: int, batch: int) -> int:
     return min(batch, affordable_batch(slope, jnp.zeros(posterior.dimension), size))
 
 
-def _slope(posterior: PosteriorDensity, particle: Any) -> Any:
+def _slope(posterior: PosteriorDensity, particle: Flat) -> Flat:
     return jax.grad(posterior.log_likelihood)(particle)
 
 
-def _log_likelihoods(posterior: PosteriorDensity, batch: int, particles: Any) -> Any:
+def _log_likelihoods(posterior: PosteriorDensity, batch: int, particles: Particles) -> PerParticle:
     return jax.lax.map(posterior.log_likelihood, particles, batch_size=batch)
 
 
-def _start(particles: Any, likelihood: Any, number: int) -> _Population:
+def _start(particles: Particles, likelihood: PerParticle, number: int) -> _Population:
     size = particles.shape[0]
     if not np.any(np.isfinite(likelihood)):
         raise InputError(
@@ -290,11 +296,13 @@ def _log_share(temperature: float) -> float:
     return min(1.0, max(0.0, 1 + np.log10(max(temperature, 1e-4)) / 4))
 
 
-def _walk(density: Any, jump: Any, key: Key, position: Any, moves: int) -> tuple[Any, Any]:
+def _walk(
+    density: Density, jump: Jump, key: Key, position: Flat, moves: int
+) -> tuple[State, Scalar]:
     """Random walk of one particle: its last state, and the share of steps accepted."""
     kernel = random_walk.build_additive_step()
 
-    def step(state: Any, key: Key) -> tuple[Any, Any]:
+    def step(state: State, key: Key) -> tuple[State, Scalar]:
         state, info = kernel(key, state, density, jump)
         return state, info.acceptance_rate
 
@@ -303,7 +311,7 @@ def _walk(density: Any, jump: Any, key: Key, position: Any, moves: int) -> tuple
     return end, jnp.mean(rates)
 
 
-def _jump_to_image(posterior: PosteriorDensity, density: Any, key: Key, state: Any) -> Any:
+def _jump_to_image(posterior: PosteriorDensity, density: Density, key: Key, state: State) -> Flat:
     """Try one symmetric image, chosen at random; each keeps the volume of the named values."""
     images = posterior.symmetric_images(state.position)
     if not images:
@@ -320,7 +328,7 @@ def _jump_to_image(posterior: PosteriorDensity, density: Any, key: Key, state: A
     return jnp.where(accepted, image, state.position)
 
 
-def _difference(key: Key, particles: Any, pairs: Any) -> Any:
+def _difference(key: Key, particles: Particles, pairs: Scalar) -> Flat:
     """Step of a random walk: mostly the difference of two particles of one mode."""
     pair_key, far_key, sign_key, noise_key = jax.random.split(key, 4)
     first, *neighbours = jax.random.randint(pair_key, (1 + NEIGHBOURS,), 0, particles.shape[0])

@@ -1,12 +1,11 @@
 """Positions at nodes of a mesh summed, all else sampled."""
 
-from typing import Any
-
 from ..._shared.dimensions import Key
 from ..._shared.errors import InputError
 from ..._shared.sites import Unknown, is_finite
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
+from ..engines.engine import Settings
 from .marginal import DrawPlacement, IntegratedModel, Marginal, Model, integrated
 from .nested_quadrature import NestedQuadrature, check, nested_nodes
 
@@ -49,6 +48,6 @@ class Enumeration(Marginal):
         """Draw nodes in proportion to their share of the likelihood."""
         return self._likelihood(experiment, data).draw_placement
 
-    def settings(self) -> dict[str, Any]:
+    def settings(self) -> Settings:
         """Only the name."""
         return {"marginal": "Enumeration"}

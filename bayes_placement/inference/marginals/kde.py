@@ -1,7 +1,5 @@
 """Placement integrated by a kernel density estimate, as in the paper."""
 
-from typing import Any
-
 import equinox as eqx
 
 from ..._shared.arguments import check_count, check_fields
@@ -10,6 +8,7 @@ from ..._shared.errors import InputError
 from ..._shared.sites import Unknown
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
+from ..engines.engine import Settings
 from ..random_keys import jax_key
 from .kernel_density import KERNELS, KernelDensity
 from .marginal import DrawPlacement, IntegratedModel, Marginal, Model, integrated
@@ -93,7 +92,7 @@ class KDE(Marginal):
         """Draw placements in proportion to the share of their kernels in the likelihood."""
         return self._estimate(experiment, data, key).draw_placement
 
-    def settings(self) -> dict[str, Any]:
+    def settings(self) -> Settings:
         """Name, sizes and options."""
         return {
             "marginal": "KDE",

@@ -3,7 +3,8 @@
 Equations (29) and (31) of the paper.
 """
 
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -11,14 +12,20 @@ import jax.numpy as jnp
 import numpy as np
 from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
-from numpyro.distributions import Normal
+from numpyro.distributions import Distribution, Normal
 
 from ..._shared.dimensions import Key
 from ..._shared.sites import substitute
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from ..estimates import effective_size
-from .marginal import IntegratedLikelihood
+from ..symmetries import Values
+from .marginal import Drawn, IntegratedLikelihood
+
+Outputs = Float[Array, "*output"]
+Centres = Float[Array, "draw *output"]
+PerDraw = Float[Array, "draw"]
+Around = Callable[[Outputs], Distribution]
 
 
 class Kernel(NamedTuple):
@@ -62,7 +69,7 @@ class KernelDensity(IntegratedLikelihood):
 
     data: Data
     """Measured outputs."""
-    key: Any
+    key: Key
     """JAX key of the draws."""
     draws: int = eqx.field(static=True)
     kernel: str = eqx.field(static=True)
@@ -89,21 +96,19 @@ class KernelDensity(IntegratedLikelihood):
         kernels = self._kernels(experiment, self._placements(experiment))
         return logsumexp(self._log_density(experiment, *kernels)) - jnp.log(self.draws)
 
-    def draw_placement(
-        self, experiment: Experiment, key: Key
-    ) -> tuple[dict[str, Any], dict[str, Any]]:
+    def draw_placement(self, experiment: Experiment, key: Key) -> Drawn:
         """One placement drawn by its share of the estimate, and how well it is resolved."""
         placements = self._placements(experiment)
         centres, variance = self._kernels(experiment, placements)
         terms = self._log_density(experiment, centres, variance)
         chosen = jax.random.categorical(key, terms)
-        stats = {"node_ess": effective_size(terms) ** (1 / len(placements))}
+        stats: Values = {"node_ess": effective_size(terms) ** (1 / len(placements))}
         if experiment.noise is not None:
             noise = experiment.noise.distribution(self.data.z, self.data).variance
             stats["kernel_over_noise"] = jnp.sqrt(jnp.mean(variance / noise))
         return {name: values[chosen] for name, values in placements.items()}, stats
 
-    def _placements(self, experiment: Experiment) -> dict[str, Any]:
+    def _placements(self, experiment: Experiment) -> Values:
         """Draws [draw, ...] of the placement, by name."""
         key = self.key if self.common else _key_of_parameters(self.key, experiment)
         placement = [unknown for unknown in experiment.unknowns if unknown.is_of_transducer]
@@ -113,22 +118,21 @@ class KernelDensity(IntegratedLikelihood):
             for unknown, draw_key in zip(placement, keys, strict=True)
         }
 
-    def _kernels(self, experiment: Experiment, placements: dict[str, Any]) -> tuple[Any, Any]:
+    def _kernels(self, experiment: Experiment, placements: Values) -> tuple[Centres, Outputs]:
         """Centres [draw, *output] and variance [*output] of the kernels."""
         z = jax.vmap(lambda values: substitute(experiment, values).predict())(placements)
         width, shrinkage = kernel(self.kernel, self.draws, self.dimension)
         mean, deviation = jnp.mean(z, axis=0), jnp.std(z, axis=0, ddof=1)
         return mean + shrinkage * (z - mean), (width * deviation) ** 2
 
-    def _log_density(self, experiment: Experiment, centres: Any, variance: Any) -> Any:
+    def _log_density(self, experiment: Experiment, centres: Centres, variance: Outputs) -> PerDraw:
         """Log density [draw] of each kernel at the measured outputs, output error included."""
-        if experiment.noise is not None and self.noise_draws is None:
-            return self._total(
-                lambda z: experiment.noise.distribution(z, self.data, variance), centres
-            )
+        noise = experiment.noise
+        if noise is not None and self.noise_draws is None:
+            return self._total(lambda z: noise.distribution(z, self.data, variance), centres)
         shifted = self._less_noise(experiment)
 
-        def density(z: Any) -> Any:
+        def density(z: Outputs) -> Distribution:
             return Normal(z, jnp.sqrt(variance)).mask(self.data.measured)
 
         terms = jax.vmap(lambda measured: self._total(density, centres, measured))(shifted)
@@ -141,7 +145,7 @@ class KernelDensity(IntegratedLikelihood):
         noise = experiment.noise.distribution(jnp.zeros_like(self.data.z), self.data)
         return self.data.z - noise.sample(jax.random.fold_in(self.key, 1), (self.noise_draws or 1,))
 
-    def _total(self, density: Any, centres: Any, measured: Any = None) -> Float[Array, "draw"]:
+    def _total(self, density: Around, centres: Centres, measured: Outputs | None = None) -> PerDraw:
         z = self.data.z if measured is None else measured
         return jax.vmap(lambda centre: jnp.sum(density(centre).log_prob(z)))(centres)
 

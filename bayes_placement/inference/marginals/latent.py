@@ -1,7 +1,5 @@
 """Placement sampled along with the parameters."""
 
-from typing import Any
-
 import equinox as eqx
 
 from ..._shared.dimensions import Key
@@ -9,6 +7,7 @@ from ..._shared.sites import Unknown
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from ..engines.empirical_bayes import Hierarchy
+from ..engines.engine import Settings
 from ..engines.least_squares import LeastSquares
 from ..residuals import Problem, sizes_of
 from .marginal import Marginal, Model
@@ -58,6 +57,6 @@ class Latent(Marginal):
         """Nothing was integrated."""
         return
 
-    def settings(self) -> dict[str, Any]:
+    def settings(self) -> Settings:
         """Only the name."""
         return {"marginal": "Latent"}

@@ -2,7 +2,6 @@
 
 import abc
 from collections.abc import Callable
-from typing import Any
 
 import equinox as eqx
 import numpyro
@@ -16,12 +15,16 @@ from ..._shared.sites import Unknown, realise
 from ...experiment.experiment import MEASURED, Experiment
 from ...experiment.noise import Data
 from ..engines.empirical_bayes import Hierarchy
+from ..engines.engine import Settings
 from ..engines.least_squares import LeastSquares
 from ..residuals import sizes_of
+from ..symmetries import Values
 
 Model = Callable[[], None]
 
-DrawPlacement = Callable[[Experiment, Key], tuple[dict[str, Any], dict[str, Any]]]
+Drawn = tuple[Values, Values]
+
+DrawPlacement = Callable[[Experiment, Key], Drawn]
 """Draws one placement given the data, from an experiment whose parameters are numbers and a key.
 
 It returns the placement by name, and how well the integral is resolved: `node_ess` along a
@@ -73,7 +76,7 @@ class Marginal(eqx.Module):
         return None
 
     @abc.abstractmethod
-    def settings(self) -> dict[str, Any]:
+    def settings(self) -> Settings:
         """What determines the result, for the record."""
 
 
@@ -94,9 +97,7 @@ class IntegratedLikelihood(eqx.Module):
         """Log likelihood, integrated over those unknowns."""
 
     @abc.abstractmethod
-    def draw_placement(
-        self, experiment: Experiment, key: Key
-    ) -> tuple[dict[str, Any], dict[str, Any]]:
+    def draw_placement(self, experiment: Experiment, key: Key) -> Drawn:
         """Draw those unknowns in proportion to their share of it, see `DrawPlacement`."""
 
 

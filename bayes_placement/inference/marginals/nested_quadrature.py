@@ -8,7 +8,7 @@ finitely many values is summed.
 
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -21,10 +21,14 @@ from ..._shared.errors import InfeasibleError
 from ..._shared.sites import is_finite, substitute
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
+from ...experiment.transducers import Transducer
 from ...experiment.variants import with_only
 from .._quadrature_rules import node_count, product_rule
 from ..estimates import effective_size
-from .marginal import IntegratedLikelihood
+from ..symmetries import Values
+from .marginal import Drawn, IntegratedLikelihood
+
+InnerTerm = Float[Array, "outer inner"]
 
 MOST_RESPONSES = 4_000_000
 """Most responses computed for one set of parameters."""
@@ -116,7 +120,9 @@ def nested_nodes(
     )
 
 
-def _check_size(nodes: int, outer: dict[str, Any], inner: list[dict[str, Any]]) -> None:
+def _check_size(
+    nodes: int, outer: dict[str, Distribution], inner: list[dict[str, Distribution]]
+) -> None:
     sizes = [_size(distributions, nodes) for distributions in (outer, *inner)]
     responses = sizes[0] * max(sizes[1:])
     if responses > MOST_RESPONSES:
@@ -132,7 +138,7 @@ def _size(distributions: Mapping[str, Distribution], nodes: int) -> int:
     return math.prod(node_count(distribution, nodes) for distribution in distributions.values())
 
 
-def _channels(transducers: Any) -> dict[str, Channels]:
+def _channels(transducers: Mapping[str, Transducer]) -> dict[str, Channels]:
     """Channels of each transducer, by its name."""
     channels, start = {}, 0
     for name, transducer in transducers.items():
@@ -172,33 +178,32 @@ class NestedQuadrature(IntegratedLikelihood):
         """Log of the likelihood integrated over every position."""
         return logsumexp(_outer_terms(self.nodes, self._inner_terms(experiment)))
 
-    def draw_placement(
-        self, experiment: Experiment, key: Key
-    ) -> tuple[dict[str, Any], dict[str, Any]]:
+    def draw_placement(self, experiment: Experiment, key: Key) -> Drawn:
         """One placement drawn by its share of the integral, and how well the nodes resolve it."""
         nodes, inner = self.nodes, self._inner_terms(experiment)
         outer = _outer_terms(nodes, inner)
         keys = jax.random.split(key, len(inner) + 1)
         outer_node = jax.random.categorical(keys[0], outer)
-        drawn = {name: values[outer_node] for name, values in nodes.outer.values.items()}
+        drawn: Values = {name: values[outer_node] for name, values in nodes.outer.values.items()}
         for transducer, terms, inner_key in zip(nodes.inner, inner, keys[1:], strict=True):
             inner_node = jax.random.categorical(inner_key, terms[outer_node])
             drawn |= {name: values[inner_node] for name, values in transducer.nodes.values.items()}
         return drawn, _node_ess(nodes, outer, inner)
 
-    def _inner_terms(self, experiment: Experiment) -> list[Any]:
+    def _inner_terms(self, experiment: Experiment) -> list[InnerTerm]:
         """Log weighted likelihood of each inner transducer, [outer node, inner node]."""
         pairs = zip(self.nodes.inner, self.data, strict=True)
         return [self._inner_term(experiment, *pair) for pair in pairs]
 
     def _inner_term(
         self, experiment: Experiment, transducer: InnerTransducer, data: Data
-    ) -> Float[Array, "outer inner"]:
+    ) -> InnerTerm:
         inner, outer = transducer.nodes, self.nodes.outer
-        remaining: dict[str, Any] = {f"{self.nodes.inner_side}s": [transducer.name]}
-        alone = with_only(experiment, **remaining)
+        alone = with_only(experiment, **{f"{self.nodes.inner_side}s": [transducer.name]})
 
-        def term(outer_values: Any, inner_values: Any) -> Any:
+        def term(
+            outer_values: Mapping[str, Array], inner_values: Mapping[str, Array]
+        ) -> Float[Array, ""]:
             placed = substitute(alone, {**outer_values, **inner_values})
             assert placed.noise is not None  # as `check` made sure
             return jnp.sum(placed.noise.distribution(placed.predict(), data).log_prob(data.z))
@@ -210,12 +215,12 @@ class NestedQuadrature(IntegratedLikelihood):
         return over_both(outer.values, inner.values) + inner.log_weight
 
 
-def _outer_terms(nodes: NestedNodes, inner: list[Any]) -> Float[Array, "node"]:
+def _outer_terms(nodes: NestedNodes, inner: list[InnerTerm]) -> Float[Array, "node"]:
     """Log weighted likelihood at each outer node, the inner side integrated."""
     return nodes.outer.log_weight + sum(logsumexp(terms, axis=1) for terms in inner)
 
 
-def _node_ess(nodes: NestedNodes, outer: Any, inner: list[Any]) -> dict[str, Float[Array, ""]]:
+def _node_ess(nodes: NestedNodes, outer: Float[Array, "outer"], inner: list[InnerTerm]) -> Values:
     """Effective number of Gauss nodes along the coordinate where it is least, `node_ess`.
 
     Coordinates may be strongly correlated, so the inner ones are judged at given outer ones. Where

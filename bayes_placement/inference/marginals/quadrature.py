@@ -1,7 +1,5 @@
 """Placement integrated by Gauss quadrature."""
 
-from typing import Any
-
 import equinox as eqx
 
 from ..._shared.arguments import check_count
@@ -9,6 +7,7 @@ from ..._shared.dimensions import Key
 from ..._shared.sites import Unknown
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
+from ..engines.engine import Settings
 from .marginal import DrawPlacement, IntegratedModel, Marginal, Model, integrated
 from .nested_quadrature import NestedQuadrature, check, nested_nodes
 
@@ -55,6 +54,6 @@ class Quadrature(Marginal):
         """Draw nodes in proportion to their share of the likelihood."""
         return self._likelihood(experiment, data).draw_placement
 
-    def settings(self) -> dict[str, Any]:
+    def settings(self) -> Settings:
         """Name and number of nodes."""
         return {"marginal": "Quadrature", "marginal_nodes": self.nodes}
