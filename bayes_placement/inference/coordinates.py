@@ -24,6 +24,7 @@ from numpyro.distributions import (
 from .._shared.compiled import compiled
 from .._shared.errors import InfeasibleError
 from .._shared.ranges import ALIKE, plain_quantile
+from .estimates import Given, Number
 from .symmetries import Values
 
 Vector = Float[Array, "unknown"]
@@ -66,7 +67,7 @@ class Coordinates:
                 values[name] = _quantile(prior, coordinate, probability[place], shape)
         return values
 
-    def vector(self, values: Values) -> Vector:
+    def vector(self, values: Given) -> Vector:
         """Vector of values by name; not finite where a value lies outside its prior."""
         if not self.priors:
             return jnp.zeros(0)
@@ -179,7 +180,7 @@ def _quantiles(distribution: Distribution, normal: Array) -> Array:
     return jax.vmap(at)(normal)
 
 
-def _score(distribution: Distribution, value: Array | np.ndarray) -> Array:
+def _score(distribution: Distribution, value: Number) -> Array:
     """Standard normal coordinate of a value: the inverse of `_quantile`."""
     if isinstance(distribution, ALIKE):
         return _score(distribution.base_dist, value)

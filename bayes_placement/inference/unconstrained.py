@@ -84,7 +84,7 @@ class UnconstrainedModel(eqx.Module):
         """The same problem where errors have unknown sizes."""
         return self.find_hierarchy()
 
-    def flatten(self, values: Values) -> Flat:
+    def flatten(self, values: Given) -> Flat:
         """Flat vector of values by name; not finite where a prior excludes a value."""
         return self.coordinates.vector(values)
 
