@@ -138,37 +138,24 @@ class Problem:
 
     def at_sizes(self, sizes: Mapping[str, float]) -> "Problem":
         """Return the problem at other sizes of the model error."""
-        problem = Problem(
-            self.experiment,
-            self.data,
-            sizes=sizes,
-            baseline=self.baseline,
-            further=self.further,
-        )
+        problem = self._like(self.experiment, self.data, sizes)
         problem.squares.take_structure(self.squares)
         return problem
 
     def with_measured(self, measured: np.ndarray) -> "Problem":
         """Return the problem of some of the measured outputs of the experiment."""
-        problem = Problem(
-            self.experiment,
-            eqx.tree_at(lambda data: data.measured, self.data, measured),
-            sizes=self.sizes,
-            baseline=self.baseline,
-            further=self.further,
-        )
+        data = eqx.tree_at(lambda data: data.measured, self.data, measured)
+        problem = self._like(self.experiment, data, self.sizes)
         problem.squares.take_structure(self.squares)
         return problem
 
     def with_effect(self, effect: Effect) -> "Problem":
         """Return the problem with one more effect in the experiment, not in its earlier state."""
-        return Problem(
-            self.experiment + effect,
-            self.data,
-            sizes=self.sizes,
-            baseline=self.baseline,
-            further=self.further,
-        )
+        return self._like(self.experiment + effect, self.data, self.sizes)
+
+    def _like(self, experiment: Experiment, data: Data, sizes: Mapping[str, float]) -> "Problem":
+        """Return the problem of an experiment and data, with the same earlier states."""
+        return Problem(experiment, data, sizes=sizes, baseline=self.baseline, further=self.further)
 
     def weight(self, relative_error: float) -> np.ndarray | None:
         """Weight of each residual once FRFs have a further relative error.
