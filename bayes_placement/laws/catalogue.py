@@ -81,7 +81,7 @@ def law_of(tree: Tree, values: Sequence[Parameter]) -> Law:
     """
     letters = leaves(tree)
     _check_letters("".join(letters))
-    needed = sum(ELEMENTS[letter][1] for letter in letters)
+    needed = _numbers(tree)
     if len(values) != needed:
         raise InputError(
             f"{len(values)} values were given for the network {json.dumps(tree)}; {needed} are "
@@ -158,8 +158,6 @@ def _law(tree: Tree, values: Iterator[Parameter]) -> Law:
 
 POWERS = {"k": 0.0, "c": 1.0, "m": 2.0}
 """Power of s in the dynamic stiffness of an element; that of a springpot is unknown."""
-
-NUMBERS = {"k": 1, "c": 1, "m": 1, "p": 2}
 
 # Away from the axes there are no poles, and no sum of elements leaves a sector of 120 degrees.
 S = np.geomspace(1e-3, 1e3, 48) * np.exp(1j * np.pi / 3)
@@ -247,7 +245,7 @@ def _random(tree: Tree, random: np.random.Generator) -> Numbers:
 
 
 def _numbers(tree: Tree) -> int:
-    return NUMBERS[tree] if isinstance(tree, str) else sum(_numbers(part) for part in tree[1:])
+    return sum(ELEMENTS[letter][1] for letter in leaves(tree))
 
 
 def _response(tree: Tree, numbers: Iterator[tuple[int, float]], size: int) -> Response:
