@@ -19,7 +19,7 @@ from ..experiment.experiment import Experiment
 from ..experiment.model_error import ModalErrors
 from ..modes.modes import Modes
 
-Values = dict[str, Array | np.ndarray]
+Values = dict[str, Any]
 """Values of unknowns, by name."""
 
 Move = Callable[[Values], Values]

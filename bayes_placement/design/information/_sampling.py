@@ -56,9 +56,9 @@ def _sobol(count: int, dimension: int, random: np.random.Generator) -> np.ndarra
     return np.hstack([normal, random.standard_normal((count, dimension - sobol))])
 
 
-def values(distributions: Priors, normal: Array | np.ndarray) -> dict[str, Array | np.ndarray]:
+def values(distributions: Priors, normal: Array | np.ndarray) -> dict[str, Array]:
     """Values by name at scores [..., unknown]; the distributions may be traced."""
-    function: Callable[..., dict[str, Array | np.ndarray]] = Coordinates(distributions).values
+    function: Callable[..., dict[str, Array]] = Coordinates(distributions).values
     for _ in range(normal.ndim - 1):
         function = jax.vmap(function)
     return function(normal)
