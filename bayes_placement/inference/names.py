@@ -1,6 +1,8 @@
 """Engines and marginals by the names that people type."""
 
+from collections.abc import Callable
 from types import ModuleType
+from typing import Any
 
 
 def names(registry: ModuleType) -> list[str]:
@@ -8,7 +10,7 @@ def names(registry: ModuleType) -> list[str]:
     return [name.lower() for name in registry.__all__]
 
 
-def of_name(registry: ModuleType, name: str) -> type:
+def of_name(registry: ModuleType, name: str) -> Callable[..., Any]:
     """Class of `engines` or `marginals` by its name in lower case: `smc`."""
     from .._shared.errors import InputError  # imports JAX, which the list of names must not
 

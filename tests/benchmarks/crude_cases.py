@@ -19,7 +19,14 @@ QUESTIONS = {"unchanged": (False, True), "changed": (True, True), "alone": (Fals
 """Whether something came since the baseline, and whether the baseline is given."""
 
 NAMES = {
-    "support": {"compliant_support", "soft_support", "ground_spring", "foundation", "network"},
+    "support": {
+        "compliant_support",
+        "soft_support",
+        "ground_spring",
+        "attached: lossy spring",
+        "fractional_mount",  # of a small order that is a spring with a loss as well
+        "foundation",
+    },
     "length": {"dimension_error", "beyond_prior"},
     "thickness": {"dimension_error", "beyond_prior"},
     "stiffener": set[str](),
