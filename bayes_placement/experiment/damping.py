@@ -222,7 +222,11 @@ class Structural(Damping):
         return 1j * self.loss_factor * jnp.sign(jnp.real(omega))
 
 
-LAWS: tuple[type[Damping], ...] = (Modal, Rayleigh, Structural)
+LAWS: tuple[type[Damping], ...] = (
+    Modal,
+    Rayleigh,
+    Structural,
+)
 """Every damping law of the package."""
 
 
