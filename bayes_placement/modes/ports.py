@@ -3,6 +3,8 @@
 A rotation, a difference, a cut, a segment or box.
 """
 
+import dataclasses
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import jax
@@ -14,11 +16,11 @@ from .._shared.errors import InputError
 from ..positions.bounds import in_space
 from . import _cuts
 from .beams.waveguide import Waveguide
-from .modes import Modes
+from .modes import Coordinates, Modes
 from .original_modes import original_waveguide
-from .points import Points, along
+from .points import Points, along, joined
 
-Coordinates = Float[Array, "*coordinate"]
+Vector = Sequence[object] | None
 
 POLYNOMIALS, POLYNOMIALS_OF_EDGE = 16, 7
 """Legendre polynomials over a segment, and over an edge of a box: a half-wave needs about two.
@@ -43,7 +45,7 @@ class PortLaw(NamedTuple):
     points: Points
     """The ports."""
     numerator: Inexact[Array, "*port frequency"]
-    denominator: Any = 1.0
+    denominator: Inexact[Array, "*port frequency"] | float = 1.0
     """N and D at each line, the same of all ports or of each one; of a displacement N / D is in
     N/m, of a rotation in N m/rad, of a cut less its compliance."""
 
@@ -69,7 +71,7 @@ class Extent(NamedTuple):
     """Length of a segment that lies on the line [m]; 1 of a box."""
 
 
-def rotation(place: Coordinates, footprint: object, direction: object, modes: Modes) -> Points:
+def rotation(place: Coordinates, footprint: Vector, direction: Vector, modes: Modes) -> Points:
     """Return the rotation [rad] at a place: of a beam its slope.
 
     In space it is the difference of two displacements along a direction over the footprint between
@@ -86,7 +88,7 @@ def rotation(place: Coordinates, footprint: object, direction: object, modes: Mo
 
 
 def _rotation_of_footprint(
-    place: Coordinates, footprint: Any, direction: Any, modes: Modes
+    place: Coordinates, footprint: Vector, direction: Vector, modes: Modes
 ) -> Points:
     if footprint is None or (direction is None and len(modes.axes) > 1):
         raise InputError(
@@ -104,20 +106,15 @@ def _rotation_of_footprint(
     )
 
 
-def difference(place: Coordinates, other: Coordinates, direction: Any, modes: Modes) -> Points:
+def difference(place: Coordinates, other: Coordinates, direction: Vector, modes: Modes) -> Points:
     """Return the displacement at one place less that at another [m], along a direction.
 
     By default along each axis in which the structure moves.
     """
     ends = [along(end, direction, modes) for end in (place, other)]
     count = ends[0].count
-    return Points(
-        jnp.concatenate([end.position for end in ends]),
-        np.concatenate([end.direction for end in ends])
-        if direction is None
-        else jnp.concatenate([end.direction for end in ends]),
-        combination=jnp.concatenate([jnp.eye(count), -jnp.eye(count)], axis=1),
-    )
+    combination = jnp.concatenate([jnp.eye(count), -jnp.eye(count)], axis=1)
+    return dataclasses.replace(joined(ends), combination=combination)
 
 
 def beside(place: Coordinates, offset: object, modes: Modes) -> Points:
@@ -154,11 +151,9 @@ def singly(points: Points) -> Points:
     own = jnp.diagonal(points.combination.reshape(count, count, 2)).T
     places = points.position.reshape(count, 2), jnp.asarray(points.direction).reshape(count, 2, -1)
     errors = None if points.shape_error is None else points.shape_error[:, None]
-    return jax.vmap(_on_arm)(*places, errors, own[:, None])
-
-
-def _on_arm(position: Any, direction: Any, error: Any, combination: Any) -> Points:
-    return Points(position, direction, error, (0, 1), combination)
+    return jax.vmap(lambda at, way, error, of: Points(at, way, error, (0, 1), of))(
+        *places, errors, own[:, None]
+    )
 
 
 def cut(place: Coordinates, motion: str, modes: Modes) -> Points:
@@ -190,7 +185,7 @@ def cuts_over(extent: Extent, modes: Modes) -> Points:
     return Points(points.position, stiffness, None, orders, points.combination, widths)
 
 
-def over(middle: Coordinates, extent: object, direction: Any, modes: Modes) -> Extent:
+def over(middle: Coordinates, extent: object, direction: Vector, modes: Modes) -> Extent:
     """Return ports all over a segment of a line or a box in space, about its middle.
 
     The extent is its length [m]; in space its three edges [m], None for those that it does not
@@ -201,19 +196,15 @@ def over(middle: Coordinates, extent: object, direction: Any, modes: Modes) -> E
     else:
         places, means, length = _segment(middle, extent, modes)
     each = [along(place, direction, modes) for place in places]
-    directions = [point.direction for point in each]
-    points = Points(
-        jnp.concatenate([point.position for point in each]),
-        np.concatenate(directions) if direction is None else jnp.concatenate(directions),
-        combination=jnp.asarray(np.kron(means, np.eye(each[0].count))),
-    )
-    return Extent(points, length)
+    combination = jnp.asarray(np.kron(means, np.eye(each[0].count)))
+    return Extent(dataclasses.replace(joined(each), combination=combination), length)
 
 
 Means = Float[np.ndarray, "polynomial node"]
+OverNodes = tuple[Float[Array, "node *coordinate"], Means, Float[Array, ""]]
 
 
-def _segment(middle: object, extent: Any, modes: Modes) -> tuple[Any, Means, Float[Array, ""]]:
+def _segment(middle: Coordinates, extent: Any, modes: Modes) -> OverNodes:
     """Nodes on a line, weights of the means over it, and the length on the line."""
     node, means = _means(POLYNOMIALS, NODES)
     low, high = map(jnp.asarray, modes.bounds())
@@ -222,7 +213,7 @@ def _segment(middle: object, extent: Any, modes: Modes) -> tuple[Any, Means, Flo
     return (ends[0] + ends[1]) / 2 + node * length / 2, means, length
 
 
-def _box(middle: Any, extent: Any) -> tuple[Any, Means, Float[Array, ""]]:
+def _box(middle: Coordinates, extent: Any) -> OverNodes:
     """Nodes in a box, and weights of the means over it; an edge of None has one node."""
     flat = [edge is None for edge in extent]
     point = np.zeros(1), np.ones((1, 1))
