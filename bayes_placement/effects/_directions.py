@@ -45,7 +45,7 @@ def check_direction(effect: str, direction: Sequence[Any] | None, axes: Sequence
         )
 
 
-def _is_finite(value: Any) -> bool:
+def _is_finite(value: object) -> bool:
     number = np.asarray(value)
     return number.dtype.kind in "iuf" and number.ndim == 0 and bool(np.isfinite(number))
 

@@ -5,10 +5,12 @@ from typing import Any
 import numpy as np
 
 from .._shared.sites import is_unknown
-from ..positions.bounds import in_space
+from ..positions.bounds import Bounds, in_space
 from ..positions.channel import Channel
 from ..positions.places import Cartesian, OnMember
 from ..positions.tolerances import Tolerance
+from ..positions.vectors import Vector
+from .instruments import Number
 
 
 def joined(*phrases: str) -> str:
@@ -16,7 +18,7 @@ def joined(*phrases: str) -> str:
     return ", ".join(phrase for phrase in phrases if phrase)
 
 
-def channel(direction: Any) -> str:
+def channel(direction: Number | None) -> str:
     """Recorded direction of a channel: channel +x."""
     return "" if direction is None else f"channel {Channel('', int(direction)).label}"
 
@@ -32,7 +34,7 @@ def along(direction: Any) -> str:
     return f"along {_triple(vector)}"
 
 
-def place(at: Any, bounds: Any) -> str:
+def place(at: Any, bounds: Bounds) -> str:
     """What is known of a place before any data: its piece of the structure, or where it is."""
     if isinstance(at, Tolerance) or is_unknown(at):
         return ""
@@ -43,7 +45,7 @@ def place(at: Any, bounds: Any) -> str:
     return "" if in_space(bounds) else f"at {float(at):.4g} m"
 
 
-def _known_coordinates(at: Cartesian, bounds: Any) -> str:
+def _known_coordinates(at: Cartesian, bounds: Bounds) -> str:
     """Coordinates that are known, along the axes in which the structure extends."""
     pairs = zip("xyz", (at.x, at.y, at.z), *bounds, strict=True)
     known = [
@@ -54,5 +56,5 @@ def _known_coordinates(at: Cartesian, bounds: Any) -> str:
     return f"at {', '.join(known)} m" if known else ""
 
 
-def _triple(vector: Any) -> str:
+def _triple(vector: Vector) -> str:
     return f"({', '.join(f'{float(component):.3g}' for component in vector)})"

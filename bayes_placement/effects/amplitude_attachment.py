@@ -1,8 +1,8 @@
 """What every attachment is whose stiffness depends on the amplitude of its place."""
 
 import abc
-from collections.abc import Iterable
-from typing import Any, ClassVar
+from collections.abc import Iterable, Sequence
+from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -72,7 +72,7 @@ def circle_segment(cosine: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
     return jnp.where(is_cut, (angle - 0.5 * jnp.sin(2 * angle)) / jnp.pi, 1.0 * (cosine < 0))
 
 
-def tried_places(scales: Scales) -> tuple[float, list[tuple[Any, Axis]]]:
+def tried_places(scales: Scales) -> tuple[float, Sequence[tuple[object, Axis]]]:
     """Greatest displacement [m], and places with directions; 1 m and none where it is not known.
 
     None either where the structure has an attachment of this kind, beside which no other can be.

@@ -1,7 +1,5 @@
 """A tension along a uniform beam."""
 
-from typing import Any
-
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
@@ -86,7 +84,11 @@ def buckling_load(beam: UniformBeam) -> float:
     return critical(*compiled(_natural_and_slopes)(beam), beam.rigid_body_modes)
 
 
-def critical(natural: Any, slopes: Any, rigid: int) -> float:
+def critical(
+    natural: Float[Array | np.ndarray, "mode"],
+    slopes: Float[Array | np.ndarray, "mode mode"],
+    rigid: int,
+) -> float:
     """Least compression at which elastic modes of a geometric stiffness have no stiffness [N]."""
     root = 1 / np.asarray(natural)[rigid:]
     elastic = np.asarray(slopes)[rigid:, rigid:]

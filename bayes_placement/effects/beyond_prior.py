@@ -1,7 +1,6 @@
 """A number of the structure that lies beyond the end of its prior."""
 
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpyro.distributions import Distribution, LogUniform, Uniform
@@ -79,7 +78,7 @@ def _beyond(prior: Distribution, within: Range | None) -> Iterator[Beyond]:
     """Each end of a prior, with a prior of what lies beyond but within a range."""
     low, high = ends(prior)
     least, most = (-np.inf, np.inf) if within is None else within[:2]
-    scale: Any = LogUniform if low >= 0 else Uniform
+    scale: Callable[[float, float], Distribution] = LogUniform if low >= 0 else Uniform
     step = WIDTHS * (high - low)
     least = max(least, low / FACTOR if low >= 0 else low - step)
     most = min(most, high * FACTOR if low >= 0 else high + step)

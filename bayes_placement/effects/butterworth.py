@@ -3,10 +3,12 @@
 import abc
 import math
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Inexact
 
 from .._shared.dimensions import Parameter
 from .._shared.errors import InputError
@@ -24,6 +26,7 @@ from .prelude import (
 )
 
 Kind = TypeVar("Kind", bound="Butterworth")
+Lines = TypeVar("Lines", Array, np.ndarray)
 
 
 class Butterworth(OnTransducer):
@@ -34,7 +37,7 @@ class Butterworth(OnTransducer):
     """
 
     transducer: eqx.AbstractVar[Number | None]
-    frequency: eqx.AbstractVar[Any]
+    frequency: eqx.AbstractVar[Parameter]
     order: eqx.AbstractVar[int]
     name: eqx.AbstractVar[str]
 
@@ -46,7 +49,7 @@ class Butterworth(OnTransducer):
             )
 
     @abc.abstractmethod
-    def loss(self, lines: Any) -> Any:
+    def loss(self, lines: Inexact[Array, "line"]) -> Inexact[Array, "line"]:
         """Inverse of the transmission at lines [Hz]."""
 
     @classmethod
@@ -74,7 +77,7 @@ class Butterworth(OnTransducer):
         ]
 
 
-def loss_of_order(ratio: Any, order: int) -> Any:
+def loss_of_order(ratio: Lines, order: int) -> Lines:
     """Inverse of the transmission of a low-pass at frequencies over its corner [1]."""
     return 1 + 1j * ratio if order == 1 else 1 - ratio**2 + math.sqrt(2) * 1j * ratio
 
@@ -112,7 +115,7 @@ class LowPass(Butterworth):
     order: int = field(static=True, default=1)
     name: str = field(static=True, default="low_pass", kw_only=True)
 
-    def loss(self, lines: Any) -> Any:
+    def loss(self, lines: Inexact[Array, "line"]) -> Inexact[Array, "line"]:
         """Inverse of the transmission at lines [Hz]."""
         return loss_of_order(lines / self.frequency, self.order)
 
@@ -155,7 +158,7 @@ class HighPass(Butterworth):
     order: int = field(static=True, default=1)
     name: str = field(static=True, default="high_pass", kw_only=True)
 
-    def loss(self, lines: Any) -> Any:
+    def loss(self, lines: Inexact[Array, "line"]) -> Inexact[Array, "line"]:
         """Inverse of the transmission at lines [Hz]: that of a low-pass at -1 / r."""
         return loss_of_order(-self.frequency / lines, self.order)
 

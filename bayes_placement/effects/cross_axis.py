@@ -1,7 +1,5 @@
 """Cross-axis sensitivity of a sensor with several directions."""
 
-from typing import Any
-
 import jax.numpy as jnp
 
 from .._shared.dimensions import Parameter, Receptance
@@ -48,8 +46,7 @@ class CrossAxis(OfSide):
                 "Name a sensor with more directions, or declare them: Sensor(..., "
                 "directions=(1, 2, 3))."
             )
-        effect: Any = OfSide.numbered(self, instruments)
-        return effect
+        return OfSide.numbered(self, instruments)
 
     def recorded(self, frf: Receptance, omega: Omega, instruments: Instruments) -> Receptance:
         """FRF whose channels of the sensor are mixed."""

@@ -87,7 +87,7 @@ class DimensionError(GlobalChange):
         factor = 1 + self.error
         grown = powers(modes)[self.dimension]
 
-        def quantities(waveguide: Any) -> list[Any]:  # Equinox asks for markers as well
+        def quantities(waveguide: object) -> list[Any]:  # Equinox asks for markers as well
             return [getattr(waveguide, name) for name in grown]
 
         values = [

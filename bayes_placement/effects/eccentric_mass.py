@@ -1,7 +1,6 @@
 """A body whose centre of mass lies beside the place where it is fixed."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform, Uniform
@@ -53,7 +52,7 @@ class EccentricMass(AtPlace, OnPorts):
             PortLaw(rotation(at, None, None, modes), *Mass(inertia).fraction(omega)),
         ]
 
-    def twin(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
+    def twin(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """The same centre of mass, held from its other side."""
         if "at" not in values or "offset" not in values:
             return {}

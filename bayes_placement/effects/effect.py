@@ -152,7 +152,7 @@ class Effect(eqx.Module):
         """
         return ""
 
-    def twin(self, values: Mapping[str, object]) -> Mapping[str, Any]:
+    def twin(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """Return other values of its fields at which it acts almost alike; mostly none."""
         return {}
 
@@ -341,7 +341,7 @@ def at_each(
 
 def placed(effect: Placed, modes: Modes, field: str = "at") -> Placed:
     """Return an effect with a place as numbers or distributions on a structure."""
-    place: Any = _at.position_on(
+    place = _at.position_on(
         getattr(effect, field), modes.bounds(), f'Effect "{effect.name}"', "place"
     )
     return eqx.tree_at(lambda tree: getattr(tree, field), effect, place, is_leaf=_is_place)

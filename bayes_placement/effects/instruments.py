@@ -8,9 +8,11 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from .._shared.arguments import shown
+from .._shared.dimensions import Parameter
 from .._shared.errors import InputError
 from ..modes.points import Points, joined
 from ..positions.channel import Channel
+from ..positions.places import Position
 from ..positions.vectors import Recorded
 
 Number: TypeAlias = str | int | Int[Array | np.ndarray, ""]
@@ -26,7 +28,7 @@ class TransducerProtocol(Protocol):
         """Its name."""
 
     @property
-    def position(self) -> Any:
+    def position(self) -> Position:
         """Where it sits [m]."""
 
     @property
@@ -42,7 +44,7 @@ class TransducerProtocol(Protocol):
         """Its channels, in order."""
 
     @property
-    def arm(self) -> Any:
+    def arm(self) -> Parameter | None:
         """Distance from its place to the line of its force [m]; None without an arm."""
 
     def points(self, axes: tuple[int, ...], *, with_slopes: bool = False) -> Points:

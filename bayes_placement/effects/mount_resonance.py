@@ -1,12 +1,12 @@
 """A sensor on a soft mount."""
 
 import math
-from typing import Any
 
 import jax.numpy as jnp
 
 from .._shared.dimensions import Parameter
 from .._shared.ranges import POSITIVE, SHARE_OF_CRITICAL
+from .butterworth import Lines
 from .prelude import Factor, Instruments, LogUniform, Number, OfSide, Omega, Scales, field, unit
 
 
@@ -52,6 +52,6 @@ class MountResonance(OfSide):
         return [cls(sensor, frequency, damping_ratio) for sensor in scales.instruments.sensors]
 
 
-def excess(ratio: Any, damping_ratio: Any) -> Any:
+def excess(ratio: Lines, damping_ratio: Parameter) -> Lines:
     """Transmission less 1 of a mount at frequencies over its resonance [1]."""
     return ratio**2 / (1 - ratio**2 + 2j * damping_ratio * ratio)

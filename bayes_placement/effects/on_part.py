@@ -2,7 +2,7 @@
 
 import abc
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 import equinox as eqx
 import numpy as np
@@ -13,6 +13,8 @@ from ..modes.modes import Modes
 from ..modes.original_modes import original_nodal_modes
 from .effect import Hinged, Location
 from .instruments import Instruments
+
+Kind = TypeVar("Kind", bound="OnPart")
 
 
 class OnPart(Hinged):
@@ -28,7 +30,7 @@ class OnPart(Hinged):
     def names(nodal: NodalModes) -> Sequence[str]:
         """Names of all such parts of a model."""
 
-    def on(self, modes: Modes) -> "OnPart":
+    def on(self: Kind, modes: Modes) -> Kind:
         """Return the effect with its part by number; an array is one that was found by name."""
         given, names = getattr(self, self.part), self.names(original_nodal_modes(modes))
         if isinstance(given, str | int) and given not in (*names, *range(len(names))):

@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -15,6 +15,8 @@ from . import _setting_words
 from .effect import Location
 from .instrument_effect import Alone, InstrumentEffect
 from .instruments import Instruments, Number
+
+Kind = TypeVar("Kind", bound="OfSide")
 
 
 class OnTransducer(InstrumentEffect):
@@ -51,7 +53,7 @@ class OnTransducer(InstrumentEffect):
         if self.transducer is None:
             return self._of_all(instruments)
         side = self.side or instruments.side_of(self.transducer)
-        number: Any = instruments.number(self.transducer, side)
+        number = instruments.number(self.transducer, side)
         direction = self.direction
         if direction is not None:
             self._check_direction(instruments, number, side)
@@ -123,7 +125,7 @@ class OfSide(InstrumentEffect):
         number: Number = getattr(self, self.side)
         return number
 
-    def numbered(self, instruments: Instruments) -> "OfSide":
+    def numbered(self: Kind, instruments: Instruments) -> Kind:
         """Return the effect with its transducer by number."""
         number = instruments.number(self.transducer, self.side)
         return eqx.tree_at(lambda tree: getattr(tree, self.side), self, number)

@@ -1,7 +1,7 @@
 """A law spread over a part of the structure: any law, and what all that is so attached shares."""
 
 import dataclasses
-from typing import Any, ClassVar, TypeAlias
+from typing import ClassVar, TypeAlias
 
 import equinox as eqx
 
@@ -22,7 +22,7 @@ class OverExtent(NetworkAttachment):
     """Something attached all over an extent, each place of which bears its share."""
 
     tried_last: ClassVar[bool] = True
-    extent: eqx.AbstractVar[Any]
+    extent: eqx.AbstractVar[Extent]
 
     acts_on = "region"
 

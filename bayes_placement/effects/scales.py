@@ -14,11 +14,13 @@ from jaxtyping import Array, Float
 from numpyro.distributions import LogUniform
 
 from .._shared.compiled import compiled
+from .._shared.dimensions import Receptance
 from .._shared.reprs import with_short_repr
 from .._shared.sites import Unknown
 from ..modes.finite_elements.nodal_modes import nodal_of
 from ..modes.modes import Modes, moved_mass
-from .instruments import Instruments
+from ..positions.places import Position
+from .instruments import Instruments, TransducerProtocol
 
 Axis: TypeAlias = tuple[float, float, float] | None
 """A direction in space; None for the only one in which the structure moves."""
@@ -53,15 +55,15 @@ class Setup(Protocol):
         """The structure."""
 
     @property
-    def sensor(self) -> Mapping[str, Any]:
+    def sensor(self) -> Mapping[str, TransducerProtocol]:
         """Sensors by name."""
 
     @property
-    def actuator(self) -> Mapping[str, Any]:
+    def actuator(self) -> Mapping[str, TransducerProtocol]:
         """Actuators by name."""
 
     @property
-    def frequency(self) -> Any:
+    def frequency(self) -> Float[Array | np.ndarray, "frequency"]:
         """Lines [Hz]."""
 
     @property
@@ -162,17 +164,17 @@ class Scales:
         """Motion that is observed: displacement, velocity or acceleration."""
         return str(self.setup.observe.quantity)
 
-    def places(self) -> list[Any]:
+    def places(self) -> list[Position]:
         """Uniform priors of a place [m], one for each piece of the structure."""
         return self.modes.anywhere()
 
-    def places_and_directions(self) -> list[tuple[Any, Axis]]:
+    def places_and_directions(self) -> list[tuple[Position, Axis]]:
         """Every piece of the structure, with each axis along which it moves."""
         axes = self.modes.axes
         directions = [None] if len(axes) == 1 else [_unit(axis) for axis in axes]
         return list(itertools.product(self.places(), directions))
 
-    def extents(self, *, lines_alone: bool = False) -> list[tuple[Any, Any]]:
+    def extents(self, *, lines_alone: bool = False) -> list[tuple[Position, Any]]:
         """Priors of the middle and of the extent [m] of a part of a line, or of a plate.
 
         A part of a frame is none: a box about it would hold several members.
@@ -243,7 +245,7 @@ def _squared_shapes(
     return jax.vmap(lambda place: jnp.sum(modes.shapes(place) ** 2, axis=0))(places)
 
 
-def _receptance(nominal: Any) -> Any:
+def _receptance(nominal: Any) -> Receptance:
     return nominal.receptance()
 
 

@@ -1,7 +1,6 @@
 """A support of a finite element model that is softer than assumed."""
 
 import dataclasses
-from typing import Any
 
 import numpy as np
 from jaxtyping import Array, Int
@@ -61,7 +60,7 @@ class SoftSupport(OnPart):
 
     def on(self, modes: Modes) -> "SoftSupport":
         """Return the effect with its support by number and the unit of its compliance."""
-        found: Any = OnPart.on(self, modes)
+        found = OnPart.on(self, modes)
         units = original_nodal_modes(modes).static_shapes.compliance_units
         if not units or not isinstance(found.support, int | np.ndarray):
             return found  # a program is compiled for all supports

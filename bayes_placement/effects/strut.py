@@ -1,6 +1,6 @@
 """Something that connects two places of the structure."""
 
-from typing import Any
+from collections.abc import Sequence
 
 import jax.numpy as jnp
 
@@ -54,7 +54,7 @@ class Strut(NetworkAttachment):
     def points(self, modes: Modes) -> Points:
         """The displacement of one end less that of the other."""
         ends = coordinates(self.at), coordinates(self.to)
-        direction: Any = self.direction
+        direction: Sequence[object] | None = self.direction
         if direction is None and len(modes.axes) > 1:
             direction = tuple(jnp.asarray(ends[0]) - jnp.asarray(ends[1]))
         return difference(*ends, direction, modes)

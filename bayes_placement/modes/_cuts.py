@@ -6,7 +6,7 @@ bending moment (2) and shear force (3) of a beam.
 """
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -21,6 +21,7 @@ from .modes import Modes
 _ROUNDING = 1e-12  # of the length
 
 Square = Float[Array, "cut cut"]
+OfOrder = tuple[int, Float[Array, "of_order"]]
 
 
 class Cuts(NamedTuple):
@@ -29,7 +30,7 @@ class Cuts(NamedTuple):
     positions: Float[Array, "cut"]
     orders: tuple[int, ...]
 
-    def by_order(self) -> list[tuple[int, Float[Array, "of_order"]]]:
+    def by_order(self) -> list[OfOrder]:
         """Positions of each order."""
         orders = np.array(self.orders)
         return [(int(order), self.positions[orders == order]) for order in np.unique(orders)]
@@ -78,7 +79,7 @@ def stiffness(waveguide: Waveguide, cuts: Cuts) -> Square:
 def _green_matrix(waveguide: Waveguide, cuts: Cuts, power: int) -> Square:
     """Green's function between all cuts, differentiated by their orders."""
 
-    def block(row: tuple[int, object], column: tuple[int, object]) -> Any:
+    def block(row: OfOrder, column: OfOrder) -> Float[Array, "cut other"]:
         orders = (row[0], column[0])
         sign = _sign(waveguide, row[0]) * _sign(waveguide, column[0])
         green = jax.vmap(lambda y, x: waveguide.green(x, y, orders, power), in_axes=(0, None))

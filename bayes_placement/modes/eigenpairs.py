@@ -4,7 +4,7 @@ Eigenvectors of a repeated eigenvalue have no derivative, but a receptance, made
 one. `Eigenpairs.coupling` and `with_coupling` keep the part that no eigenvector can have.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -18,6 +18,8 @@ _ROUNDING = 1e-12  # of the greatest eigenvalue of all: rigid-body modes are rep
 ModalResponse = Inexact[Array, "response mode frequency"]
 ModalReference = Inexact[Array, "reference mode frequency"]
 Receptance = Complex[Array, "response reference frequency"]
+Modal = Float[Array, "mode mode"]
+Decomposed = tuple[Float[Array, "mode"], Modal, Modal]
 
 
 class Eigenpairs(NamedTuple):
@@ -25,14 +27,14 @@ class Eigenpairs(NamedTuple):
 
     values: Float[Array, "mode"]
     """Eigenvalues."""
-    vectors: Float[Array, "mode mode"]
+    vectors: Modal
     """Eigenvectors as columns."""
-    coupling: Float[Array, "mode mode"]
+    coupling: Modal
     """The matrix between eigenvectors of one repeated eigenvalue, off its diagonal. It is zero, but
     its derivative is not: it is what the derivatives of the vectors leave out."""
 
 
-def eigenpairs(matrix: Float[Array, "mode mode"]) -> Eigenpairs:
+def eigenpairs(matrix: Modal) -> Eigenpairs:
     """Eigenpairs whose first derivatives are finite and exact, by perturbation.
 
     Nelson, AIAA Journal 14 (1976) 1201, DOI 10.2514/3.7211, for vectors of distinct eigenvalues.
@@ -42,7 +44,7 @@ def eigenpairs(matrix: Float[Array, "mode mode"]) -> Eigenpairs:
 
 
 @jax.custom_jvp
-def _eigh(matrix: Float[Array, "mode mode"]) -> tuple[Any, Any, Any]:
+def _eigh(matrix: Modal) -> Decomposed:
     values, vectors = jnp.linalg.eigh(matrix)
     # Of the two signs the one that makes the largest component positive: what is added to a shape
     # must keep its meaning while parameters change.
@@ -52,7 +54,7 @@ def _eigh(matrix: Float[Array, "mode mode"]) -> tuple[Any, Any, Any]:
 
 
 @_eigh.defjvp
-def _eigh_jvp(primals: Any, tangents: Any) -> tuple[Any, Any]:
+def _eigh_jvp(primals: tuple[Modal], tangents: tuple[Modal]) -> tuple[Decomposed, Decomposed]:
     values, vectors, coupling = _eigh(*primals)
     change = vectors.T @ tangents[0] @ vectors
     gap = values[None, :] - values[:, None]
@@ -66,10 +68,7 @@ def _eigh_jvp(primals: Any, tangents: Any) -> tuple[Any, Any]:
 
 @jax.custom_jvp
 def with_coupling(
-    receptance: Receptance,
-    coupling: Float[Array, "mode mode"],
-    response: ModalResponse,
-    reference: ModalReference,
+    receptance: Receptance, coupling: Modal, response: ModalResponse, reference: ModalReference
 ) -> Receptance:
     """Receptance with the first-order change by a coupling of modes whose value is zero.
 
@@ -81,7 +80,9 @@ def with_coupling(
 
 
 @with_coupling.defjvp
-def _with_coupling_jvp(primals: Any, tangents: Any) -> tuple[Any, Any]:
+def _with_coupling_jvp(
+    primals: tuple[Array, ...], tangents: tuple[Array, ...]
+) -> tuple[Receptance, Receptance]:
     receptance, _, response, reference = primals
     change = -jnp.einsum("pnf,nm,qmf->pqf", response, tangents[1], reference)
     return receptance, tangents[0] + change

@@ -13,11 +13,14 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
-from .modes import Coordinates, Modes, Orders
+from .modes import Coordinates, Flexibility, Modes, Orders
 
 Between = Float[Array, "port other"] | None
+Places = Float[Array, "place *coordinate"]
+Others = Float[Array, "other *coordinate"]
+OfOrders = Callable[[Orders], Callable[[Coordinates, Coordinates], Flexibility]]
 
 
 class Points(eqx.Module):
@@ -79,12 +82,10 @@ class Points(eqx.Module):
         if static is None:
             return jnp.zeros((self.count, other.count))
         elastic = slice(modes.rigid_body_modes, None)
-        scaled_shapes = (
-            self.exact_shapes(modes)[:, elastic] / modes.angular_frequency()[elastic] ** 2
-        )
-        return static - scaled_shapes @ other.exact_shapes(modes)[:, elastic].T
+        scaled = self.exact_shapes(modes)[:, elastic] / modes.angular_frequency()[elastic] ** 2
+        return static - scaled @ other.exact_shapes(modes)[:, elastic].T
 
-    def _between(self, other: "Points", flexibility: Callable[[tuple[int, int]], Any]) -> Between:
+    def _between(self, other: "Points", flexibility: OfOrders) -> Between:
         """Matrix between two lists of ports from a function of two places, order by order."""
         rows = []
         for order, these, places in self._by_order():
@@ -104,7 +105,7 @@ class Points(eqx.Module):
             rows.append(other._combined(other._in_order(row)).T)
         return self._combined(self._in_order(rows))
 
-    def _by_order(self) -> list[tuple[int, Any, Float[Array, "of_order *coordinate"]]]:
+    def _by_order(self) -> list[tuple[int, slice | Int[np.ndarray, "place"], Places]]:
         """Order of derivatives, and the points of which it is read."""
         if self.orders is None:
             return [(0, slice(None), self.position)]
@@ -124,21 +125,19 @@ class Points(eqx.Module):
         return read if self.combination is None else self.combination @ read
 
 
-def _shapes(modes: Modes, order: int) -> Callable[[Any], Any]:
+def _shapes(modes: Modes, order: int) -> Callable[[Places], Float[Array, "place axis mode"]]:
     return jax.vmap(modes.shapes if order == 0 else lambda place: modes.shapes(place, order))
 
 
-def _block(
-    flexibility: Callable[[Orders], Any], orders: Orders, places: object, others: object
-) -> Any:
+def _block(flexibility: OfOrders, orders: Orders, places: Places, others: Others) -> Any:
     """Matrix between two lists of places [place, other, axis, axis]; None if not known."""
     over_others = jax.vmap(flexibility(orders), in_axes=(None, 0))
     return jax.vmap(over_others, in_axes=(0, None))(places, others)
 
 
 def _means(
-    flexibility: Callable[[Orders], Any], orders: Orders, places: object, others: Any, widths: Any
-) -> Any:
+    flexibility: OfOrders, orders: Orders, places: Places, others: Others, widths: Others
+) -> Float[Array, "place other axis axis"]:
     """The same with means over a width about the other places, where that is not zero."""
     about = jnp.where(widths > 0, widths, 1.0)
     lower = orders[0], orders[1] - 1
@@ -148,7 +147,7 @@ def _means(
     return jnp.where((widths > 0)[:, None, None], means, at_place)
 
 
-def _flexibility(modes: Modes, orders: Orders) -> Callable[[Any, Any], Any]:
+def _flexibility(modes: Modes, orders: Orders) -> Callable[[Coordinates, Coordinates], Flexibility]:
     if orders == (0, 0):  # which alone all modes know
         return modes.static_flexibility
     return lambda place, other: modes.static_flexibility(place, other, orders)
@@ -216,7 +215,7 @@ def along_axes(position: Coordinates, modes: Modes) -> Points:
     return Points(repeated, np.eye(count))
 
 
-def along(position: Coordinates, direction: Sequence[Any] | None, modes: Modes) -> Points:
+def along(position: Coordinates, direction: Sequence[object] | None, modes: Modes) -> Points:
     """Return one position along one direction, or once along each axis where there is none."""
     if direction is None:
         return along_axes(position, modes)

@@ -8,12 +8,16 @@ but has no gradient, which NUTS and quadrature over positions need.
 import functools
 import math
 from collections.abc import Callable, Iterable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
+
+Scalar = Float[Array, ""]
+Share = Float[Array | np.ndarray, ""] | float | int
+Values = TypeVar("Values", Array, np.ndarray)
 
 CELLS = 512
 HALVINGS = 60
@@ -50,18 +54,18 @@ class Cut(NamedTuple):
 class _Marginal(NamedTuple):
     """Distribution of one coordinate, not normalised: antiderivative of its density, and ends."""
 
-    cumulative: Callable[[Any], Any]
-    density: Callable[[Any], Any]
-    low: Any
-    high: Any
+    cumulative: Callable[[Scalar], Scalar]
+    density: Callable[[Scalar], Scalar]
+    low: Scalar
+    high: Scalar
 
-    def at_share(self, share: Any) -> Any:
+    def at_share(self, share: Share) -> Scalar:
         """Value of the antiderivative below which a share of the total lies."""
         start = self.cumulative(self.low)
         return start + share * (self.cumulative(self.high) - start)
 
 
-def point(cut: Cut, shares: Iterable[Any]) -> list[Float[Array, ""]]:
+def point(cut: Cut, shares: Iterable[Any]) -> list[Scalar]:
     """Coordinates of the point with these shares, each from 0 to 1: uniform if they are."""
     square, coordinates = jnp.asarray(cut.radius**2), []
     for axis, share in enumerate(shares):
@@ -71,7 +75,7 @@ def point(cut: Cut, shares: Iterable[Any]) -> list[Float[Array, ""]]:
     return coordinates
 
 
-def shares(cut: Cut, point: Iterable[Any]) -> list[Float[Array, ""]]:
+def shares(cut: Cut, point: Iterable[Any]) -> list[Scalar]:
     """Shares of a point, clipped axis by axis to the cut ball."""
     square, shares = jnp.asarray(cut.radius**2), []
     for axis, coordinate in enumerate(point):
@@ -83,7 +87,7 @@ def shares(cut: Cut, point: Iterable[Any]) -> list[Float[Array, ""]]:
     return shares
 
 
-def _marginal(cut: Cut, axis: int, square: Any) -> _Marginal:
+def _marginal(cut: Cut, axis: int, square: Scalar) -> _Marginal:
     """Distribution of one coordinate, where the square is the radius squared less those before."""
     reach = _root(square - cut.distance_squared(axis + 1), cut, jnp)
     low, high = jnp.maximum(cut.low[axis], -reach), jnp.minimum(cut.high[axis], reach)
@@ -95,14 +99,11 @@ def _marginal(cut: Cut, axis: int, square: Any) -> _Marginal:
             lambda y: _area_below(cut, y, square, jnp), lambda y: _width(cut, square, y), low, high
         )
     return _Marginal(
-        lambda x: _interpolated(cut, x),
-        lambda x: _slice(cut, cut.radius**2 - x**2, jnp),
-        low,
-        high,
+        lambda x: _interpolated(cut, x), lambda x: _slice(cut, cut.radius**2 - x**2, jnp), low, high
     )
 
 
-def _quantile(cut: Cut, axis: int, square: Any, share: Any) -> Float[Array, ""]:
+def _quantile(cut: Cut, axis: int, square: Scalar, share: Share) -> Scalar:
     """Coordinate below which a share of the total lies."""
     marginal = _marginal(cut, axis, square)
     if axis == len(cut.low) - 1:
@@ -115,10 +116,10 @@ def _quantile(cut: Cut, axis: int, square: Any, share: Any) -> Float[Array, ""]:
     return jnp.clip(root - step, marginal.low, marginal.high)
 
 
-def _bisected(marginal: _Marginal, share: Any) -> Float[Array, ""]:
+def _bisected(marginal: _Marginal, share: Share) -> Scalar:
     target = marginal.at_share(share)
 
-    def halve(_: Any, ends: tuple[Array, Array]) -> tuple[Array, Array]:
+    def halve(_: object, ends: tuple[Array, Array]) -> tuple[Array, Array]:
         middle = (ends[0] + ends[1]) / 2
         below = marginal.cumulative(middle) < target
         return jnp.where(below, middle, ends[0]), jnp.where(below, ends[1], middle)
@@ -127,26 +128,26 @@ def _bisected(marginal: _Marginal, share: Any) -> Float[Array, ""]:
     return (low + high) / 2
 
 
-def _root(square: Any, cut: Cut, xp: Any) -> Any:
+def _root(square: Values, cut: Cut, xp: Any) -> Values:
     return xp.sqrt(xp.maximum(square, _TINY * cut.radius**2))
 
 
-def _width(cut: Cut, square: Any, y: Any) -> Any:
+def _width(cut: Cut, square: Scalar, y: Scalar) -> Scalar:
     """Width of a disc within the last two sides of the box, at a coordinate across it."""
     half = _root(square - y**2, cut, jnp)
     return jnp.clip(cut.high[-1], -half, half) - jnp.clip(cut.low[-1], -half, half)
 
 
-def _area_below(cut: Cut, y: Any, square: Any, xp: Any) -> Any:
+def _area_below(cut: Cut, y: Values, square: Values, xp: Any) -> Values:
     """Area of a disc between the last two sides of the box, below y, up to a constant."""
     upper = _area_under(cut, cut.high[-1], y, square, xp)
     return upper - _area_under(cut, cut.low[-1], y, square, xp)
 
 
-def _area_under(cut: Cut, level: float, y: Any, square: Any, xp: Any) -> Any:
+def _area_under(cut: Cut, level: float, y: Values, square: Values, xp: Any) -> Values:
     """Integral up to y of a level clipped to the half width of the disc, up to a constant."""
 
-    def segment(t: Any) -> Any:
+    def segment(t: Values) -> Values:
         half = _root(square - t**2, cut, xp)
         return (t * half + square * xp.arctan2(t, half)) / 2
 
@@ -155,7 +156,7 @@ def _area_under(cut: Cut, level: float, y: Any, square: Any, xp: Any) -> Any:
     return math.copysign(1.0, level) * (segment(y) - segment(inner) + abs(level) * inner)
 
 
-def _slice(cut: Cut, square: Any, xp: Any) -> Any:
+def _slice(cut: Cut, square: Values, xp: Any) -> Values:
     """Area of a disc within the last four sides of the box."""
     reach = _root(square - cut.distance_squared(2), cut, xp)
     low, high = xp.maximum(cut.low[1], -reach), xp.minimum(cut.high[1], reach)
@@ -183,7 +184,7 @@ def _volumes(cut: Cut) -> _Volumes:
     return _Volumes(low, step, np.concatenate([[0.0], np.cumsum(parts)]), area)
 
 
-def _interpolated(cut: Cut, x: Any) -> Float[Array, ""]:
+def _interpolated(cut: Cut, x: Scalar) -> Scalar:
     """Volume below x by cubics with the exact values and slopes at the nodes."""
     table = _volumes(cut)
     steps = (x - table.start) / table.step

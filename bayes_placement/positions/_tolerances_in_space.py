@@ -245,10 +245,7 @@ class Patch(Tolerance):
                 "or turn the directions along the edge that cuts it."
             )
         return OnPatch(
-            Uniform(left, right),
-            Uniform(low, high),
-            origin=self.centre,
-            directions=self.directions,
+            Uniform(left, right), Uniform(low, high), origin=self.centre, directions=self.directions
         )
 
 

@@ -19,7 +19,7 @@ from .bounds import (
     rounding_margin,
     three_coordinates_needed,
 )
-from .places import AtNode, Cartesian, Place, Position
+from .places import AtNode, Cartesian, Place, Position, Value
 from .tolerances import Tolerance
 from .vectors import Recorded
 
@@ -38,7 +38,7 @@ class RecordedPosition(NamedTuple):
     recorded: Recorded
     """Its recorded position [m]."""
 
-    def at_record(self, component: str) -> Any:
+    def at_record(self, component: str) -> Value | Recorded:
         """Value of an unknown component of the position where it was recorded."""
         if not isinstance(self.position, Place):
             return self.recorded
@@ -70,7 +70,8 @@ def as_place(at: At) -> Position | Tolerance:
     if isinstance(at, Place | Tolerance) or is_unknown(at):
         return at
     if not isinstance(at, tuple | list) and np.ndim(at) != 1:
-        return _checked_number(at)
+        _check_number(at)
+        return at
     if len(at) != 3:
         raise InputError(
             f"A position of {len(at)} coordinates was given; one number on a line or three along "
@@ -83,16 +84,15 @@ def as_place(at: At) -> Position | Tolerance:
 def _check_coordinates(*coordinates: object) -> None:
     for coordinate in coordinates:
         if not is_unknown(coordinate):
-            _checked_number(coordinate)
+            _check_number(coordinate)
 
 
-def _checked_number(at: object) -> Any:
-    """Return a number, or a number that is computed."""
+def _check_number(at: object) -> None:
+    """Refuse what is no number; one that is computed passes."""
     if not isinstance(at, jax.core.Tracer):
         finite_number(
             "at", at, "at=0.25, at=(0.2, 0.0, 0.9) or at=positions.Segment(0.25, within=0.01)"
         )
-    return at
 
 
 def _coordinate_count(place: Any) -> int:
@@ -116,7 +116,7 @@ def _check_inside(place: object, bounds: Bounds, owner: str) -> None:
     )
 
 
-def _may_lie_between(value: Any, low: Any, high: Any, margin: Any) -> bool:
+def _may_lie_between(value: Any, low: Any, high: Any, margin: float) -> bool:
     if is_unknown(value) and value.shape() == () and not is_finite(value):
         limits = (low, high, margin)
         if any(isinstance(limit, jax.core.Tracer) for limit in limits):

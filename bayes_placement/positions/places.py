@@ -2,14 +2,14 @@
 
 import abc
 from collections.abc import Sequence
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
-from numpyro.distributions import Uniform
+from numpyro.distributions import Distribution, Uniform
 
 from .._shared.compiled import compiled
 from .._shared.dimensions import Parameter
@@ -26,6 +26,9 @@ from .vectors import (
     vector,
 )
 
+Value: TypeAlias = Array | np.ndarray | float | int
+"""A number, or one that is computed."""
+
 
 @with_short_repr
 class Place(eqx.Module):
@@ -40,7 +43,7 @@ class Place(eqx.Module):
         """Position at the means of its distributions [m]."""
 
     @abc.abstractmethod
-    def nearest(self, position: Recorded) -> dict[str, Any]:
+    def nearest(self, position: Recorded) -> dict[str, Value]:
         """Values of its unknown coordinates, by name, nearest to a position [m]."""
 
 
@@ -74,7 +77,7 @@ class Straight(Place):
         origin, directions, values = self.frame()
         return triple(origin + np.array([mean(value) for value in values.values()]) @ directions)
 
-    def nearest(self, position: Recorded) -> dict[str, Any]:
+    def nearest(self, position: Recorded) -> dict[str, Value]:
         """Lengths at the foot of a position [m], clipped to their uniform distributions."""
         origin, directions, values = self.frame()
         feet = directions @ (np.asarray(position) - origin)
@@ -164,12 +167,7 @@ class OnPatch(Straight):
     directions: tuple[CartesianComponents, CartesianComponents] = eqx.field(static=True)
 
     def __init__(
-        self,
-        first: Parameter,
-        second: Parameter,
-        *,
-        origin: Vector,
-        directions: Sequence[Vector],
+        self, first: Parameter, second: Parameter, *, origin: Vector, directions: Sequence[Vector]
     ):
         self.first, self.second = first, second
         self.origin = vector("OnPatch(origin=...)", origin)
@@ -238,7 +236,7 @@ class InBall(Place):
         """Centre of the ball [m], or the point of the box nearest to it."""
         return triple(np.clip(self.centre, *self.bounds))
 
-    def nearest(self, position: Recorded) -> dict[str, Any]:
+    def nearest(self, position: Recorded) -> dict[str, Value]:
         """Shares of a position [m], clipped axis by axis to the cut ball."""
         steps = np.asarray(position) - np.array(self.centre)
         shares = compiled(_ball_in_box.shares)(self.cut, steps[np.array(self.axes)])
@@ -286,7 +284,7 @@ class AtNode(Place):
         mean_position = np.asarray(weight) @ np.asarray(self.position)
         return float(mean_position) if mean_position.ndim == 0 else triple(mean_position)
 
-    def nearest(self, position: Recorded) -> dict[str, Any]:
+    def nearest(self, position: Recorded) -> dict[str, Value]:
         """The node nearest to a position [m]."""
         steps = np.asarray(self.position) - np.asarray(position)
         distance = np.linalg.norm(steps.reshape(len(steps), -1), axis=1)
@@ -298,7 +296,7 @@ def coordinates(position: object) -> Float[Array, "*coordinate"]:
     return position.coordinates() if isinstance(position, Place) else jnp.asarray(position, float)
 
 
-def typical(distribution: Any) -> Any:
+def typical(distribution: Distribution) -> Value:
     """Mean of a distribution, or its most probable value where values are only labels.
 
     Of transformed and truncated ones NumPyro may know no mean: their median.
@@ -318,7 +316,7 @@ def mean(value: Parameter) -> float:
     return float("nan") if isinstance(value, jax.core.Tracer) else float(value)
 
 
-def _clipped(distribution: Any, value: Any) -> Any:
+def _clipped(distribution: Parameter, value: Value) -> Value:
     if isinstance(distribution, Uniform):
         return jnp.clip(value, distribution.low, distribution.high)
     return value

@@ -275,7 +275,9 @@ def _terms(x: Any, b: Any, derivative: int, library: Any = jnp) -> Any:
 
 
 @functools.cache
-def _elastic(left: str, right: str, count: int) -> tuple[tuple[float, ...], Any]:
+def _elastic(
+    left: str, right: str, count: int
+) -> tuple[tuple[float, ...], tuple[tuple[float, ...], ...]]:
     """Wave numbers and shape coefficients of the first elastic modes, in unit length and mass."""
     roots = _beam_statics.elastic_roots(left, right, count)
     shapes = [_beam_statics.elastic_shape(left, right, root) for root in roots]

@@ -8,13 +8,13 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 Phase = Float[Array, "*phase"]
+Pair = tuple[Phase, Phase]
 
 _HIGH, _LOW = float.fromhex("0x1.921fb544p+0"), float.fromhex("0x1.0b4611a626331p-34")
 """A quarter of a period in two parts: small multiples of the first one are exact."""
@@ -35,13 +35,13 @@ def many_phases() -> Iterator[None]:
         _MANY.reset(token)
 
 
-def cosine_and_sine(phase: Phase) -> tuple[Phase, Phase]:
+def cosine_and_sine(phase: Phase) -> Pair:
     """Cosine and sine of a phase [rad]."""
     return _by_polynomials(phase) if _MANY.get() else (jnp.cos(phase), jnp.sin(phase))
 
 
 @jax.custom_jvp
-def _by_polynomials(phase: Phase) -> tuple[Phase, Phase]:
+def _by_polynomials(phase: Phase) -> Pair:
     """Both within 3e-16, for up to thousands of periods."""
     quarters = jnp.round(phase / (math.pi / 2))
     rest = (phase - quarters * _HIGH) - quarters * _LOW
@@ -57,13 +57,13 @@ def _by_polynomials(phase: Phase) -> tuple[Phase, Phase]:
 
 
 @_by_polynomials.defjvp
-def _slopes(primals: Any, tangents: Any) -> Any:
+def _slopes(primals: tuple[Phase], tangents: tuple[Phase]) -> tuple[Pair, Pair]:
     (change,) = tangents
     cosine, sine = _by_polynomials(*primals)
     return (cosine, sine), (-sine * change, cosine * change)
 
 
-def _polynomial(terms: list[float], x: Any) -> Any:
+def _polynomial(terms: list[float], x: Phase) -> Phase:
     total = jnp.full_like(x, terms[-1])
     for term in reversed(terms[:-1]):
         total = total * x + term

@@ -300,7 +300,7 @@ def _check_parameters(parameters: Mapping[str, Parameter]) -> None:
 
 
 def _centres(
-    matrices: Matrices, parts: Mapping[str, Any], soft: Mapping[str, SupportMotion]
+    matrices: Matrices, parts: Mapping[str, Sparse], soft: Mapping[str, SupportMotion]
 ) -> dict[str, CartesianComponents]:
     """Mean of the nodes [m] of each part of the stiffness and of each support."""
     rows = {name: part.nonzero()[0] for name, part in parts.items()}

@@ -2,12 +2,11 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
 from scipy.sparse import csc_array, csr_array, diags_array
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 
 BLOCK = 64
 """Right-hand sides that are solved together."""
@@ -23,7 +22,7 @@ class SymmetricFactor:
     """
 
     matrix: csc_array
-    triangles: Any
+    triangles: SuperLU
 
     def solve(self, right: Float[np.ndarray, "row *column"]) -> Float[np.ndarray, "row *column"]:
         """Solution for one or many right-hand sides, block by block."""
@@ -71,7 +70,7 @@ def start_vector(size: int, seed: int = 0) -> Float[np.ndarray, "row"]:
     return np.random.default_rng(seed).standard_normal(size)
 
 
-def _triangles(matrix: csc_array) -> Any:
+def _triangles(matrix: csc_array) -> SuperLU:
     options = {"SymmetricMode": True}
     return splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options=options)
 
