@@ -6,6 +6,7 @@ import jax.numpy as jnp
 from numpyro.distributions import LogUniform, Uniform
 
 from ..modes.ports import beside, rotation
+from ..positions.places import Value
 from .effect import AtPlace, Omega, OnPorts, Stiffness
 from .on_rotation import bending_scale
 from .prelude import NOT_NEGATIVE, Mass, Modes, Parameter, PortLaw, Scales, coordinates, field, unit
@@ -52,7 +53,7 @@ class EccentricMass(AtPlace, OnPorts):
             PortLaw(rotation(at, None, None, modes), *Mass(inertia).fraction(omega)),
         ]
 
-    def twin(self, values: Mapping[str, float]) -> Mapping[str, float]:
+    def twin(self, values: Mapping[str, Value]) -> Mapping[str, Value]:
         """The same centre of mass, held from its other side."""
         if "at" not in values or "offset" not in values:
             return {}

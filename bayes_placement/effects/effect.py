@@ -23,7 +23,7 @@ from ..modes.ports import PortLaw
 from ..positions import at as _at
 from ..positions.names import printable_name
 from ..positions.places import Place as InSpace
-from ..positions.places import Position, coordinates
+from ..positions.places import Position, Value, coordinates
 from ..positions.tolerances import Tolerance
 from ..positions.vectors import Recorded
 from . import _setting_words
@@ -152,7 +152,7 @@ class Effect(eqx.Module):
         """
         return ""
 
-    def twin(self, values: Mapping[str, float]) -> Mapping[str, float]:
+    def twin(self, values: Mapping[str, Value]) -> Mapping[str, Value]:
         """Return other values of its fields at which it acts almost alike; mostly none."""
         return {}
 

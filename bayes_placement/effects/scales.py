@@ -121,7 +121,7 @@ class Scales:
         return Instruments(self.setup.sensor, self.setup.actuator)
 
     @property
-    def nominal_effects(self) -> Sequence[Any]:
+    def nominal_effects(self) -> Sequence[object]:
         """Effects that the structure has, at typical values of what is unknown."""
         return [*self.setup.nominal().structure.effects.values()]
 
