@@ -21,7 +21,7 @@ from .modes import Modes
 _ROUNDING = 1e-12  # of the length
 
 Square = Float[Array, "cut cut"]
-OfOrder = tuple[int, Float[Array, "of_order"]]
+OfOrder = tuple[int, Float[Array, "_of_order"]]
 
 
 class Cuts(NamedTuple):
