@@ -293,6 +293,7 @@ def test_crossing_frequencies_keep_their_shapes_and_damping():
     """A draw in another order is the same structure counted otherwise."""
     omega = jnp.asarray(2 * np.pi * FREQUENCY)
     points = Points(jnp.asarray(PLACES), DIRECTIONS)
+    shapes()  # made before JAX traces, whichever test comes first
     crossed = jax.jit(
         lambda frequency: frf.receptance(
             bp.Structure(_placed(frequency), damping=bp.damping.Modal([0.01, 0.03, 0.02, 0.02])),
