@@ -248,6 +248,7 @@ def test_what_modes_do_not_need_is_refused(changes, words):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_a_hidden_mass_is_named_and_the_check_fails_without_it():
     rng = np.random.default_rng(1)
     true = [0.1, 0.22, 0.41, 0.58, 0.83]

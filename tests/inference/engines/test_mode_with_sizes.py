@@ -56,6 +56,7 @@ def by_map(case):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_the_size_is_that_of_the_posterior_not_of_the_joint_mode(case, by_map):
     sampled = bp.infer(*case, engine=bp.engines.SMC(particles=1000, populations=2), key=3)
     size = sampled["posterior"][SIZE].values
