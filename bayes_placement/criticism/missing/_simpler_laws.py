@@ -8,13 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..._shared.sites import is_unknown
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...inference.engines.empirical_bayes import DECREASING_ERRORS
-from ...inference.residuals import Problem, fields_of
 from ...laws.catalogue import leaves
 from ..kept_fits import kept_with_sizes
-from ..reach._ports import Port, place_columns
+from ..reach._ports import Port, field_columns, place_columns
 from ._hypotheses import Hypothesis, finite
 from ._networks import LISTED
 from ._posterior_odds import Comparison
@@ -49,6 +49,7 @@ def _simpler(best: Hypothesis, comparison: Comparison) -> list[Effect]:
         for each in comparison.candidates
         if LISTED.get(kind_of(each.effect)) in letters
         and each.effect.setting(*on) == effect.setting(*on)
+        and is_unknown(getattr(each.effect, each.effect.absent[0]))
     ]
 
 
@@ -62,17 +63,10 @@ def _in_its_place(best: Hypothesis, simpler: Effect, null: Hypothesis) -> Hypoth
         for each, of in ((simpler, problem), (effect, best.problem))
     )
     start[place] = best.fit.point[found]
-    strength = _strength(simpler, problem)
+    strength = field_columns(simpler, problem, simpler.absent[:1])
     starts = np.repeat(start[None], STRENGTHS, axis=0)
     starts[:, strength] = np.linspace(-WITHIN, WITHIN, STRENGTHS)[:, None]
     costs = problem.squares.objective().cost(starts)
     followed = starts[np.argsort(np.nan_to_num(costs, nan=np.inf))[:FOLLOWED]]
     sized = kept_with_sizes(problem, followed, DECREASING_ERRORS[-1:], best.as_rival)
     return replace(best, effects=(simpler,), near=followed[:0], **vars(sized))
-
-
-def _strength(effect: Effect, problem: Problem) -> slice:
-    """Coordinate of the only number of an effect besides its place."""
-    fields = fields_of(effect, problem)
-    (name,) = (name for name, word in fields.items() if word == effect.absent[0])
-    return problem.coordinates.places[name]

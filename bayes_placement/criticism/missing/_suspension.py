@@ -9,14 +9,17 @@ import itertools
 from collections import ChainMap
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TypeGuard
 
 import numpy as np
 from scipy.special import ndtri
 
+from ..._shared.sites import is_unknown
+from ...effects.effect import Effect
 from ...effects.ground_spring import GroundSpring
-from ...inference.residuals import Problem, fields_of
+from ...inference.residuals import Problem
 from ...modes.ports import is_beam
-from ..reach._ports import Port, place_columns
+from ..reach._ports import field_columns
 from ..screening_lines import at_screening_lines
 from ._descents import fit_grown
 from ._hypotheses import Hypothesis, finite
@@ -50,12 +53,18 @@ def with_suspended(
     null = exact.of(())
     modes = null.problem.experiment.structure.modes
     effects = (candidate.effect for candidate in exact.candidates)
-    spring = next((effect for effect in effects if isinstance(effect, GroundSpring)), None)
+    spring = next(filter(_may_be_anywhere, effects), None)
     if spring is None or not is_beam(modes) or modes.rigid_body_modes < 2:
         return comparison
     hung = [h for h in _hung(null, spring) if networks or {*h.kinds} <= exact.variants.keys()]
     priors = (priors_of_networks(each, comparison) for each in hung)
     return comparison.with_hypotheses(finite(fits(*hung)), ChainMap(*priors))
+
+
+def _may_be_anywhere(effect: Effect) -> TypeGuard[GroundSpring]:
+    if not isinstance(effect, GroundSpring):
+        return False
+    return is_unknown(effect.at) and is_unknown(effect.stiffness)
 
 
 @functools.lru_cache(maxsize=2)  # asked for without and with a model error
@@ -81,15 +90,13 @@ def _best_pairs(problem: Problem, effects: Sequence[GroundSpring], base: np.ndar
         for ends in itertools.combinations(places, 2)
         for sizes in itertools.product(stiffnesses, repeat=2)
     ]
-    at = [place_columns(Port(each.acts_on, each), problem)[0] for each in effects]
+    columns = [
+        column
+        for field in ("at", "stiffness")
+        for each in effects
+        for column in field_columns(each, problem, [field])
+    ]
     points = np.repeat(base[None], len(rows), axis=0)
-    points[:, [*at, *(_stiffness(each, problem) for each in effects)]] = rows
+    points[:, columns] = rows
     costs = at_screening_lines(problem).squares.objective(logarithmic=True).cost(points)
     return points[np.argsort(np.nan_to_num(costs, nan=np.inf), kind="stable")[:FOLLOWED]]
-
-
-def _stiffness(spring: GroundSpring, problem: Problem) -> int:
-    """Coordinate of the stiffness of a spring."""
-    fields = fields_of(spring, problem)
-    (name,) = (name for name, word in fields.items() if word == "stiffness")
-    return problem.coordinates.places[name].start

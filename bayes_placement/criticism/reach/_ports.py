@@ -213,8 +213,12 @@ def _struts(scales: Scales, law: Law) -> list[Effect]:
 
 def place_columns(port: Port, problem: Problem) -> list[int]:
     """Coordinates of the problem that are coordinates of the place."""
-    fields = fields_of(port.effect, problem)
-    names = [name for name, word in fields.items() if word in port.place_fields]
+    return field_columns(port.effect, problem, port.place_fields)
+
+
+def field_columns(effect: Effect, problem: Problem, wanted: Sequence[str]) -> list[int]:
+    """Coordinates of the problem that are of some fields of an effect."""
+    names = [name for name, word in fields_of(effect, problem).items() if word in wanted]
     return [column for name in names for column in _columns(problem, name)]
 
 

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
@@ -55,3 +56,14 @@ def test_a_mass_is_found_where_only_an_absorber_was_fitted(only_absorber):
     assert place == pytest.approx(PLACE, abs=0.01) and weight == pytest.approx(WEIGHT, rel=0.05)
     # Nothing is simpler than one number.
     assert with_simpler_laws(found).hypotheses == found.hypotheses
+
+
+@pytest.mark.parametrize(
+    ("place", "mass"), [(0.7, dist.LogUniform(1e-3, 1.0)), (dist.Uniform(0.0, 1.0), 0.2)]
+)
+def test_a_mass_whose_place_or_size_is_known_is_left_as_it_is(only_absorber, place, mass):
+    unchanged = only_absorber.candidates[0].base
+    known = bp.effects.point_mass(place, mass)
+    candidate = replace(only_absorber.candidates[0], base=unchanged, effect=known)
+    found = with_simpler_laws(only_absorber._replace(candidates=[candidate]))
+    assert found.hypotheses == only_absorber.hypotheses

@@ -81,3 +81,11 @@ def test_two_springs_with_a_loss_are_found_at_once_with_place_and_stiffness():
 def test_a_beam_that_is_held_and_a_library_without_springs_stay_as_they_are(ends, kind):
     alone = singles(experiment(ends), [kind])
     assert with_suspended(alone, alone, True) is alone
+
+
+def test_a_spring_whose_place_is_known_is_no_candidate_for_two():
+    setup = experiment()
+    spring = bp.effects.ground_spring(0.27, dist.LogUniform(1e3, 1e6))
+    null = null_hypothesis(setup, setup.data(hung()))
+    alone = single_effects(null, [spring], lambda: None)
+    assert with_suspended(alone, alone, True) is alone
