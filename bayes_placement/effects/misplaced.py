@@ -15,8 +15,8 @@ from .._shared.dimensions import Parameter
 from .._shared.errors import InputError
 from .._shared.sites import is_open, is_unknown, unit
 from ..positions.bounds import in_space
-from ..positions.places import Cartesian, Frame
-from ..positions.vectors import CartesianComponents, triple
+from ..positions.places import Cartesian
+from ..positions.vectors import triple
 from . import _setting_words
 from .prelude import Instruments, Modes, Number, OfSide, Scales, Uniform, coordinates, field
 
@@ -156,7 +156,7 @@ def _anywhere(modes: Modes, recorded: Any) -> list[dict[str, Any]]:
     if not in_space(bounds):
         return [{"shift": Uniform(bounds[0] - recorded, bounds[1] - recorded)}]
     frames = [piece.frame() for piece in modes.anywhere()]
-    nearest = min(frames, key=lambda frame: _distance(frame, recorded))
+    nearest = min(frames, key=lambda frame: frame.distance(recorded))
     feet = nearest.directions @ (np.array(recorded) - nearest.origin)
     lengths = [*nearest.values.values()]
     free = [row for row, length in enumerate(lengths) if is_unknown(length)]
@@ -170,11 +170,3 @@ def _anywhere(modes: Modes, recorded: Any) -> list[dict[str, Any]]:
     return [
         {"shift": shift, "towards": tuple(map(triple, pair)), "bearing": bearing} for pair in pairs
     ]
-
-
-def _distance(frame: Frame, place: CartesianComponents) -> float:
-    """Distance of a place from a piece of the structure [m]."""
-    feet = frame.directions @ (np.array(place) - frame.origin)
-    pairs = zip(frame.values.values(), feet, strict=True)
-    nearest = [np.clip(foot, at.low, at.high) if is_unknown(at) else at for at, foot in pairs]
-    return float(np.linalg.norm(frame.origin + np.array(nearest) @ frame.directions - place))

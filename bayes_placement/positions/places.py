@@ -58,6 +58,13 @@ class Frame(NamedTuple):
     directions: Float[np.ndarray, "axis 3"]
     values: dict[str, Parameter]
 
+    def distance(self, position: Recorded) -> float:
+        """Distance of a position from the piece on which the uniform lengths lie [m]."""
+        feet = self.directions @ (np.asarray(position) - self.origin)
+        pairs = zip(self.values.values(), feet, strict=True)
+        nearest = [np.clip(foot, at.low, at.high) if is_unknown(at) else at for at, foot in pairs]
+        return float(np.linalg.norm(self.origin + np.array(nearest) @ self.directions - position))
+
 
 class Straight(Place):
     """A place whose coordinates are lengths along fixed directions."""

@@ -133,6 +133,45 @@ def test_lines_away_from_resonances_do_not_tell_the_sense_of_time(quantity):
     assert NAME not in kinds(few.check_data(conjugated.lines(LINES[away])))
 
 
+def cantilever(turned=()):
+    """A bar that is fixed at one end, places of some sides measured from the other."""
+
+    def at(side, place):
+        return bp.positions.Segment(1.0 - place if side in turned else place, within=0.01)
+
+    sensors = [bp.Sensor(f"s{n}", at=at("sensors", x)) for n, x in enumerate((0.2, 0.55, 0.9))]
+    actuators = [bp.Actuator("a1", at=at("actuators", 0.35))]
+    return bar(sensors, actuators, ends="fixed-free")
+
+
+@pytest.mark.parametrize("sides", [["sensors"], ["actuators"], ["sensors", "actuators"]])
+def test_places_that_were_measured_from_the_other_end_are_named(sides):
+    sentence = only_sentence(cantilever(sides), measured(cantilever()))
+    named = " and ".join(sides)
+    assert f"at places of the {named} that were measured from the other end: " in sentence
+    assert f"give 1 - place in the place of each place of the {named} [m]" in sentence
+
+
+@needs_cases
+@pytest.mark.long
+def test_in_space_the_axis_is_named():
+    plate = study("02_plate-01").experiment.nominal()
+    low, high = (corner[1] for corner in plate.structure.modes.bounds())
+    assert low < high
+
+    def positions(experiment):
+        return [sensor.position for sensor in experiment.sensor.values()]
+
+    turned = [
+        bp.positions.Cartesian(x, low + high - y, z)
+        for x, y, z in (map(float, place.coordinates()) for place in positions(plate))
+    ]
+    sentence = only_sentence(eqx.tree_at(positions, plate, turned), measured(plate))
+    # The plate is symmetric: the same would be seen of its actuators.
+    for side in ("sensors", "actuators"):
+        assert f"places of the {side} that were measured from the other end along y" in sentence
+
+
 @pytest.mark.parametrize("words", ["conjugated", "inverted"])
 def test_one_sensor_alone_may_be_mistaken(words):
     data = measured(exchanged())

@@ -1,19 +1,36 @@
 """Mistaken records: those far more like responses of the structure once a mistake is undone."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import combinations
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
+import equinox as eqx
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 from scipy.special import logsumexp
 
+from ...positions.bounds import in_space
 from ...positions.channel import Channel
+from ...positions.places import AtNode, Cartesian, coordinates
+from ...positions.vectors import triple
 from .._noise_level import FEWEST_LINES
 from ..observe import LogAmplitude
 from ..quantities import quantity_of
-from .mistakes import AS_GIVEN, Mistake, Records, like_nothing, log_likelihoods, mistakes, swapped
-from .record import Fault, Pair, Record, prior_responses
+from .mistakes import (
+    AS_GIVEN,
+    Mistake,
+    Records,
+    from_other_end,
+    like_nothing,
+    log_likelihoods,
+    mistakes,
+    swapped,
+)
+from .record import PLACE_PRECISION, Fault, Pair, Record, prior_responses
+
+if TYPE_CHECKING:
+    from ..experiment import Experiment
 
 MISTAKEN = 0.01
 """Prior probability that a record is mistaken, shared by all mistakes."""
@@ -22,7 +39,7 @@ LEAST_ODDS = 20.0
 """Posterior odds, against the record as given, from which on a mistake is named."""
 
 MOST = 0.5
-"""Share of pairs above which it is most of them."""
+"""Share of pairs, or of a distance, above which it is most of it."""
 
 MOST_VALUES = 8000
 """Most values of a record that are compared: of more lines every second, or third, is."""
@@ -56,6 +73,13 @@ class _Compared(NamedTuple):
         model = self.responses[mistake.axis][:, self.places[:, 0], self.places[:, 1]]
         return log_likelihoods(self.frf, self.frequency, model, mistake, self.has_phase)
 
+    def apart(self) -> float:
+        """Mean distance of the logarithms of record and model at the nearest draw, gains apart."""
+        model = self.responses[1.0][:, self.places[:, 0], self.places[:, 1]]
+        apart = np.log(np.abs(self.frf / model))
+        apart -= np.median(apart, axis=-1, keepdims=True)
+        return float(np.abs(apart).mean(axis=(1, 2)).min())
+
     def of(self, pairs: Pairs, places: Int[np.ndarray, "pair 2"]) -> "_Compared":
         """Some of the pairs, compared with responses at the places of others."""
         return self._replace(
@@ -82,6 +106,7 @@ def check(record: Record) -> Iterator[Fault]:
     hypotheses = [
         *_of_all_and_parts(compared, names, as_given),
         *_of_swapped(record, compared, as_given),
+        *_of_other_ends(record, compared),
     ]
     prior = np.log(MISTAKEN / len(hypotheses))
     likely = [
@@ -89,9 +114,10 @@ def check(record: Record) -> Iterator[Fault]:
         for hypothesis in hypotheses
         if _holds_for_most(hypothesis, as_given)
     ]
-    log_odds, best = max(likely, key=lambda item: item[0], default=(-np.inf, None))
-    if best is not None and log_odds > np.log(LEAST_ODDS):
-        yield _fault(record, compared, best, log_odds / np.log(10))
+    likely.sort(key=lambda item: -item[0])
+    if likely and (log_odds := likely[0][0]) > np.log(LEAST_ODDS):
+        alike = [each for odds, each in likely if log_odds - odds < np.log(LEAST_ODDS)]
+        yield _fault(record, compared, alike, log_odds / np.log(10))
 
 
 def _present(record: Record) -> Bool[np.ndarray, "sensor actuator"]:
@@ -191,6 +217,58 @@ def _exchanged(side: str, channels: Sequence[Channel]) -> Iterator[tuple[Mistake
             yield swapped(channels[row].label, channels[other].label), [row], [other]
 
 
+def _of_other_ends(record: Record, compared: _Compared) -> Iterator[_Hypothesis]:
+    """Sensors, actuators, or both at places that were measured from the other end of an axis.
+
+    Responses from there must be half as far from the record: from either end of a structure that
+    is nearly symmetric, errors of its model decide, which all records have in common.
+    """
+    nominal = record.prior_models[0]
+    low, high = map(np.atleast_1d, nominal.structure.modes.bounds())
+    everywhere = np.ones(len(compared.places), bool)
+    for axis in np.flatnonzero(low < high).tolist():
+        name, ends = "xyz"[axis] if low.size > 1 else "", (float(low[axis]), float(high[axis]))
+        for sides in (("sensor",), ("actuator",), ("sensor", "actuator")):
+            turned = partial(_turned, sides=sides, axis=axis, total=sum(ends))
+            if all(map(_can_be_turned, (nominal, turned(nominal)))):
+                at_draws = prior_responses(record, compared.frequency, turned)
+                frf = _without_zeros(np.stack([at_draws[0], *at_draws[1]]))
+                there = compared._replace(responses={1.0: frf})
+                if there.apart() < MOST * compared.apart():
+                    likelihood = there.log_likelihood(AS_GIVEN)
+                    yield _Hypothesis(from_other_end(sides, name, ends), everywhere, likelihood)
+
+
+def _turned(model: "Experiment", sides: Sequence[str], axis: int, total: float) -> "Experiment":
+    """A model of which the places of some sides, numbers, are measured from the other end."""
+    for side in sides:
+        for name, transducer in getattr(model, side).items():
+            place = np.array(coordinates(transducer.position), ndmin=1)
+            place[axis] = total - place[axis]
+            at = Cartesian(*place) if place.size > 1 else place[0]
+            model = eqx.tree_at(partial(_place, side=side, name=name), model, at)
+    return model
+
+
+def _place(model: "Experiment", side: str, name: str) -> object:
+    return getattr(model, side)[name].position
+
+
+def _can_be_turned(model: "Experiment") -> bool:
+    """Whether all transducers lie on the structure, where shapes are known between nodes."""
+    modes = model.structure.modes
+    places = [each.position for each in (*model.sensor.values(), *model.actuator.values())]
+    if not in_space(modes.bounds()):
+        return True
+    frames = [piece.frame() for piece in modes.anywhere()]
+    margin = PLACE_PRECISION * float(np.max(np.subtract(*modes.bounds()[::-1])))
+    return not any(isinstance(place, AtNode) for place in places) and all(
+        min((frame.distance(triple(coordinates(place))) for frame in frames), default=np.inf)
+        <= margin
+        for place in places
+    )
+
+
 def _evidence(likelihood: Likelihoods) -> float:
     """Logarithm of the mean likelihood of all pairs over the draws."""
     return float(logsumexp(likelihood.sum(axis=1)) - np.log(len(likelihood)))
@@ -202,13 +280,18 @@ def _holds_for_most(hypothesis: _Hypothesis, as_given: Likelihoods) -> bool:
     return bool(held.mean() > MOST)
 
 
-def _fault(record: Record, compared: _Compared, best: _Hypothesis, log10_odds: float) -> Fault:
-    pairs = [Pair(*map(int, place)) for place in compared.places[best.pairs]]
+def _fault(
+    record: Record, compared: _Compared, alike: Sequence[_Hypothesis], log10_odds: float
+) -> Fault:
+    """Say what the record looks like: of a symmetric structure perhaps like one of several."""
+    pairs = [Pair(*map(int, place)) for place in compared.places[alike[0].pairs]]
+    looks = ", or ".join(each.mistake.words for each in alike)
+    remedies = "; or ".join(each.mistake.remedy for each in alike)
     odds = f"{10**log10_odds:.0f}" if log10_odds < 3 else f"1e{int(log10_odds)}"
     return record.fault(
         pairs[0],
         log10_odds,
         float(np.log10(LEAST_ODDS)),
-        f"{record.whose(pairs)} look {best.mistake.words}: undone, they are more like responses of "
-        f"this structure, at odds of {odds} to 1; {best.mistake.remedy}.",
+        f"{record.whose(pairs)} look {looks}: undone, they are more like responses of this "
+        f"structure, at odds of {odds} to 1; {remedies}.",
     )

@@ -1,6 +1,6 @@
 """Mistakes of a whole record: what was made of the right FRFs, how likely, and what mends it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -59,6 +59,16 @@ def swapped(first: str, second: str, side: str = "") -> Mistake:
     effect = f', or add effects.swapped_{side}s("{first}", "{second}")' if side else ""
     words = f"like those of {first} and {second} swapped"
     return Mistake(words, f"exchange the two names{effect}")
+
+
+def from_other_end(sides: Sequence[str], axis: str, ends: tuple[float, float]) -> Mistake:
+    """Places of transducers that were measured from the other end of an axis, named if in space."""
+    whose, total = " and ".join(f"{side}s" for side in sides), f"{sum(ends):.6g}"
+    along, place = (f" along {axis}", axis) if axis else ("", "place")
+    return Mistake(
+        f"like those at places of the {whose} that were measured from the other end{along}",
+        f"give {total} - {place} in the place of each {place} of the {whose} [m]",
+    )
 
 
 def _decibels(frf: Records, model: Model, frequency: Frequency) -> Values:

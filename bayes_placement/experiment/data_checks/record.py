@@ -1,6 +1,6 @@
 """One run of a measurement in the channels of an experiment, its noise, and what models give."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -150,11 +150,13 @@ def _distance(first: Recorded, second: Recorded) -> float:
 
 
 def prior_responses(
-    record: Record, frequency: Float[np.ndarray, "frequency"]
+    record: Record,
+    frequency: Float[np.ndarray, "frequency"],
+    changed: "Callable[[Experiment], Experiment]" = lambda model: model,
 ) -> tuple[Response, Sequence[Response]]:
     """FRFs of the measured quantity [m/N, (m/s)/N or (m/s²)/N] of the nominal model, and at draws.
 
-    Lines are above 0 Hz.
+    Lines are above 0 Hz. Models may be changed before.
     """
     derivative = quantity_of(record.measurement.quantity).derivative
     power = (2j * np.pi * frequency) ** derivative
@@ -164,7 +166,7 @@ def prior_responses(
         flat = receptance if receptance.ndim == 3 else receptance[:, :, record.level]
         return np.asarray(flat * power)
 
-    nominal, *draws = map(response, record.prior_models)
+    nominal, *draws = map(response, map(changed, record.prior_models))
     return nominal, draws
 
 
