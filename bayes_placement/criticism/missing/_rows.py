@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...effects.effect import Effect
+from ...effects.instrument_effect import InstrumentEffect
 from ...effects.library import kind_of
 from ...inference.engines.about_mode import SampledPosterior
 from ..check._edges import EDGE
@@ -31,6 +32,7 @@ def row_of(hypothesis: Hypothesis, log_prior: float = 0.0) -> Row:
         is_noise_known=hypothesis.is_noise_known,
         has_errors=hypothesis.has_errors,
         states=1 if hypothesis.problem.baseline is None else 2,
+        on_structure=any(not isinstance(each, InstrumentEffect) for each in hypothesis.effects),
         chi2_when_exact=float(hypothesis.chi2_when_exact),
         **_of_unknown_noise(hypothesis),
     )

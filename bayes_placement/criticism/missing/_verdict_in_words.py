@@ -21,6 +21,20 @@ if TYPE_CHECKING:
 
 UNEXPLAINED = "no single cause that we know explains it"
 
+SEEN_FROM = {"frequency": 1e-4, "runs": 1e-4, "damping": 1e-2}
+"""Sizes of model error [1] from which a response shows them."""
+
+SHAPES_SEEN_FROM = 1e-3
+"""The same of all others."""
+
+BY_ITSELF = {
+    "damping": "Its damping differs from mode to mode: give each mode in the band a ratio of its "
+    "own, damping=bp.damping.Modal([dist.LogUniform(1e-3, 0.1) for _ in range(6)]) for six.",
+    "gain": "Its sensitivities differ from those recorded: give each transducer one of its own, "
+    "bp.Sensor(..., gain=dist.Normal(1.0, 0.1)).",
+}
+"""What to write in the model where errors of one kind alone explain the data."""
+
 LEFT = "The model still fails its check: something else is missing as well."
 """What is said where an effect does not explain all."""
 
@@ -44,17 +58,14 @@ def _of_claims(ledger: Ledger) -> list[str]:
     first, last = ledger.steps[0], ledger.steps[-1]
     where = ledger.standing.where
     left = [LEFT, where] if ledger.unexplained else []
-    if not last.model_error:
-        falls = f"{_named(ledger)}; {fall(first, last)}."
-        if ledger.unexplained and not _claimed(ledger):
-            return [fails_in_words(first), reach_in_words(ledger.reach), falls, where]
-        return [falls, *left]
-    return [
-        f"{_named(ledger)}{better_than_errors(last, 'larger model error')}.",
-        _fall_with_errors(first, last),
-        sizes_in_words(last, first),
-        *left,
-    ]
+    falls = [f"{_named(ledger)}; {fall(first, last)}."]
+    if last.model_error:
+        better = better_than_errors(last, "larger model error") if _claimed(ledger) else ""
+        sizes = sizes_in_words(last, first)
+        falls = [f"{_named(ledger)}{better}.", _fall_with_errors(first, last), sizes]
+    if ledger.unexplained and not _claimed(ledger):
+        return [fails_in_words(first), reach_in_words(ledger.reach), *falls, where]
+    return [*falls, *left]
 
 
 def _of_nothing(ledger: Ledger) -> list[str]:
@@ -85,7 +96,8 @@ def _of_errors_alone(ledger: Ledger) -> list[str]:
     fails = ["The model still fails its check."] if ledger.unexplained else []
     if not stands.exact_fails:
         return [why, *fails]
-    near = what_is_known(last, replace(stands, where=""), ledger.reach)
+    reach = ledger.reach if ledger.unexplained else None  # of the exact model: no rival of errors
+    near = what_is_known(last, replace(stands, where=""), reach)
     return [exact_fails(last), stands.where, why, *fails, *near]
 
 
@@ -234,12 +246,24 @@ def _fall_with_errors(first: FittedModel, last: FittedModel) -> str:
 
 
 def sizes_in_words(step: FittedModel, before: FittedModel | None = None) -> str:
-    """Say how much model error a model needs, and how much it needed before."""
-    parts = []
+    """Say how much model error a model needs, and how much it needed before.
+
+    Of errors that it hardly needs only that; of those of one kind alone how they become a part of
+    the model.
+    """
+    parts, needed = [], []
     for kind, size in step.model_error.items():
-        was = "" if before is None else f" (before: {percent(before.model_error[kind].mean)})"
-        parts.append(f"{OF_WHAT[kind]} by {percent(size.mean)}{was}")
-    return f"The model needs to err: {', '.join(parts)}."
+        earlier = None if before is None else before.model_error[kind].mean
+        if max(size.mean, earlier or 0.0) >= SEEN_FROM.get(kind, SHAPES_SEEN_FROM):
+            was = "" if earlier is None else f" (before: {percent(earlier)})"
+            parts.append(f"{OF_WHAT[kind]} by {percent(size.mean)}{was}")
+            needed.append(kind)
+    if not parts:
+        return "The model hardly needs to err."
+    rest = ["hardly in anything else"] if len(needed) < len(step.model_error) else []
+    said = f"The model needs to err: {', '.join(parts + rest)}."
+    is_one = len(needed) == 1 and not step.kinds
+    return f"{said} {BY_ITSELF.get(needed[0], '')}".rstrip() if is_one else said
 
 
 def alone_in_words(answer: Ledger | Ranking) -> str:

@@ -180,8 +180,8 @@ def objections(weighed: Weighed, number: int, fewer: int) -> Iterator[str]:
     effects must also predict held-out data better than fewer of them, none of them may be only the
     best of several, and each must explain more than it leaves to the model error: scatter along a
     structure looks a little like many effects. Of two states, their difference shows what is new:
-    less is asked there, but that the model error is not as large as its prior allows: it is no
-    rival then, and no judge of what both states share.
+    less is asked there. A model error that is as large as its prior allows is no rival of what acts
+    on the structure, and no judge of what two states share: the model is wrong as a whole.
     """
     row, before, policy = weighed.rows[number], weighed.rows[fewer], weighed.policy
     if row.states == 1:
@@ -189,9 +189,12 @@ def objections(weighed: Weighed, number: int, fewer: int) -> Iterator[str]:
             yield f"is not the only one that explains the data: so does {' or '.join(others)}"
         if not _explains_most(row, before, policy):
             yield "leaves more to the model error than it explains"
-    elif row.errors_at_edge:
+    if row.errors_at_edge and (row.states == 2 or row.on_structure):
         kind = row.errors_at_edge[0].split(".")[1].replace("_", " ")
-        yield f"needs as large a model error of {kind} as its prior allows"
+        yield (
+            f"needs as large a model error of {kind} as its prior allows: supports and dimensions "
+            "come first"
+        )
     if not predicts_better(row, before, policy):
         yield "predicts held-out data no better" if row.held_out else "was held against no data"
 
@@ -245,13 +248,13 @@ def is_missing(
 ) -> bool:
     """Whether an effect of a claim is more than the best of several.
 
-    Where a model error is allowed it is: held-out data confirm it, and a larger model error is
-    among the rivals already. Where the noise is not known, it is if the residuals scatter as
-    noise does.
+    It is as probable as not, at least. Where a model error is allowed, the check passes as well:
+    a larger error is among the rivals already. Where the noise is not known, residuals that scatter
+    as noise does are enough.
     """
-    if has_errors or not is_noise_known:
-        return has_errors or not unexplained
-    return probability >= policy.doubted
+    if not is_noise_known:
+        return not unexplained
+    return probability >= policy.doubted and not (has_errors and unexplained)
 
 
 def _doubts(name: str, way: list[Row], policy: Policy) -> Iterator[Doubt]:

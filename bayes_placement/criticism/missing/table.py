@@ -108,7 +108,8 @@ class Row(NamedTuple):
 
     `sizes` of a model error are name, size, and the share of the prior below. Values when exact are
     without model error: chi2 per datum, and of the model as given the p-value of its check.
-    `states` share all other unknowns: 2 with a baseline. `held_out` is the mean log density of a
+    `states` share all other unknowns: 2 with a baseline. `on_structure` says that not all effects
+    are of instruments or of the record. `held_out` is the mean log density of a
     datum of each block that was held out; `edges` are of sizes of effects: the effect, side, and
     posterior over prior probability at that edge. `places` are of effects, by their kinds: 95 %
     intervals, of a part of its middle.
@@ -131,6 +132,7 @@ class Row(NamedTuple):
     chi2_when_exact: float = NAN
     p_value_when_exact: float = NAN
     states: int = 1
+    on_structure: bool = False
     held_out: tuple[float, ...] = ()
     edges: tuple[tuple[str, str, float], ...] = ()
     variants: tuple[str, ...] = ()

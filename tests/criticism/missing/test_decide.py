@@ -126,7 +126,16 @@ def test_beside_a_model_error_as_large_as_its_prior_allows_nothing_is_new():
     decision = decided(rows[0], rows[1]._replace(sizes=AT_EDGE))
     assert decision.kinds == ()
     (reason,) = decision.reasons
-    assert reason == "mass needs as large a model error of damping as its prior allows"
+    assert reason.startswith("mass needs as large a model error of damping as its prior allows: ")
+
+
+@pytest.mark.parametrize(("on_structure", "kinds"), [(True, ()), (False, ("mass",))])
+def test_nothing_acts_on_a_structure_whose_model_error_is_no_rival(on_structure, kinds):
+    """Not so of a reversed sensor, say, which no error of a structure resembles."""
+    none, mass = erroneous("", 0.0, 100.0), erroneous("mass", 30.0, 9.0, gain=1.0)
+    mass = mass._replace(on_structure=on_structure)
+    assert decided(none, mass).kinds == ("mass",)
+    assert decided(none, mass._replace(sizes=AT_EDGE)).kinds == kinds
 
 
 @pytest.mark.parametrize(

@@ -15,9 +15,10 @@ from bayes_placement import effects
 from bayes_placement.criticism.missing import _rows
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.criticism.missing._narrow_text import narrow
+from bayes_placement.criticism.missing._parameter_estimate import ParameterEstimate
 from bayes_placement.criticism.missing._posterior_odds import Comparison
 from bayes_placement.criticism.missing._standing import Standing
-from bayes_placement.criticism.missing._verdict_in_words import _near
+from bayes_placement.criticism.missing._verdict_in_words import _near, sizes_in_words
 from bayes_placement.criticism.missing._weighed import NONE
 from bayes_placement.criticism.missing._where_it_fails import where_it_fails
 from bayes_placement.criticism.missing.decide import Doubt
@@ -218,3 +219,19 @@ def test_what_takes_away_nothing_that_can_be_read_is_not_near(delays):
     step = ledger.steps[0]
     barely = dataclasses.replace(step, chi2_when_exact=step.chi2_when_exact * 0.9999)
     assert not _near(step, barely) and "Nearest was" in ledger.sentence()
+
+
+def _sizes(step, **sizes):
+    least = {"frequency": 1e-5, "damping": 1e-3, "shape": 1e-4, "gain": 1e-4} | sizes
+    errors = {kind: ParameterEstimate(size, 0.0, 0.0, 1.0, "1") for kind, size in least.items()}
+    return sizes_in_words(dataclasses.replace(step, model_error=errors))
+
+
+def test_errors_of_one_kind_alone_become_a_part_of_the_model(delays):
+    step = searched(delays).steps[0]
+    assert _sizes(step) == "The model hardly needs to err."
+    alone = _sizes(step, damping=0.4)
+    assert alone.startswith("The model needs to err: damping by 40 %, hardly in anything else. ")
+    assert "damping.Modal([dist.LogUniform" in alone
+    both = _sizes(step, damping=0.4, shape=0.02)
+    assert both.endswith("damping by 40 %, mode shapes by 2 %, hardly in anything else.")
