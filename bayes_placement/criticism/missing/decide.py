@@ -10,6 +10,7 @@ from ..._shared.arguments import arguments_checked
 from ..._shared.errors import InputError
 from ..._shared.files import Json
 from ..._shared.reprs import with_short_repr
+from ..check._edges import EDGE
 from ._weighed import Weighed, numbered_kind
 from .table import AS_STATED, Policy, Row, TableOfFits
 
@@ -267,6 +268,8 @@ def _doubts(name: str, way: list[Row], policy: Policy) -> Iterator[Doubt]:
     gain, error = gain_held_out(way[number], way[max(0, number - 1)])
     if gain < -policy.held_out_errors * error < 0:
         yield Doubt("held-out data are predicted worse with it", float(ndtr(gain / error)))
+    if way[-1].errors_at_edge:
+        yield Doubt("the model error is as large as its prior allows", EDGE)
     if way[-1].p_value < policy.level:
         yield Doubt(FAILS, way[-1].p_value)
 

@@ -111,11 +111,14 @@ class FittedModel:
 
     def description(self) -> str:
         """Say what was added: which sensor or part it is about, and its parameters."""
-        if self.added is None:
-            return ""
-        parameters = self.parameters_of_added().values()
+        return "" if self.added is None else self.described(self.added)
+
+    def described(self, name: str) -> str:
+        """Say which sensor or part one of its effects is about, and the parameters of that."""
+        setting, remark = self.about.get(name, ("", ""))
+        parameters = self.estimates_of(name).values()
         words = [f"{estimate.word} {estimate.with_interval()}" for estimate in parameters]
-        return ", ".join(filter(None, [self.setting, *words, self.remark]))
+        return ", ".join(filter(None, [setting, *words, remark]))
 
     def parameters_of_added(self) -> dict[str, ParameterEstimate]:
         """Unknowns of the effect that was added; of the model, where none was."""

@@ -226,8 +226,10 @@ class Ledger:
         return notebook_html(verdict, self.table(), further)
 
     def __str__(self) -> str:
-        """Table of the steps, then the sentences."""
-        return "\n".join([narrow(self.table()), "", *(f"- {line}" for line in self.words())])
+        """Table of the steps, the parameters of all effects together, then the sentences."""
+        table, last = self.table(), self.steps[-1]
+        together = table.assign(parameters=[last.described(name) for name in table.index])
+        return "\n".join([narrow(together), "", *(f"- {line}" for line in self.words())])
 
 
 def misfit_columns(step: FittedModel) -> dict[str, str]:

@@ -135,7 +135,10 @@ def test_nothing_acts_on_a_structure_whose_model_error_is_no_rival(on_structure,
     none, mass = erroneous("", 0.0, 100.0), erroneous("mass", 30.0, 9.0, gain=1.0)
     mass = mass._replace(on_structure=on_structure)
     assert decided(none, mass).kinds == ("mass",)
-    assert decided(none, mass._replace(sizes=AT_EDGE)).kinds == kinds
+    decision = decided(none, mass._replace(sizes=AT_EDGE))
+    assert decision.kinds == kinds
+    doubted = [doubt.words for doubts in decision.doubts.values() for doubt in doubts]
+    assert doubted == ["the model error is as large as its prior allows"] * len(kinds)
 
 
 @pytest.mark.parametrize(

@@ -73,3 +73,5 @@ def test_as_many_masses_are_claimed_as_are_hidden(masses):
         assert at == pytest.approx(place, abs=1e-3)
         estimate = ledger.steps[-1].parameters[f"structure.effects.{name}.mass"]
         assert estimate.mean == pytest.approx(mass, rel=0.01)
+        # The text has the values of all together, not those of each when it was added.
+        assert f"{name}: {ledger.steps[-1].described(name)}"[:30] in str(ledger)
