@@ -1,6 +1,6 @@
 """Mistaken records: those far more like responses of the structure once a mistake is undone."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
@@ -225,18 +225,26 @@ def _of_other_ends(record: Record, compared: _Compared) -> Iterator[_Hypothesis]
     """
     nominal = record.prior_models[0]
     low, high = map(np.atleast_1d, nominal.structure.modes.bounds())
-    everywhere = np.ones(len(compared.places), bool)
-    for axis in np.flatnonzero(low < high).tolist():
+    as_nominal = compared._replace(responses={1.0: compared.responses[1.0][:1]}).apart()
+    for axis in np.flatnonzero(low < high).tolist() if _can_be_turned(nominal) else ():
         name, ends = "xyz"[axis] if low.size > 1 else "", (float(low[axis]), float(high[axis]))
         for sides in (("sensor",), ("actuator",), ("sensor", "actuator")):
             turned = partial(_turned, sides=sides, axis=axis, total=sum(ends))
-            if all(map(_can_be_turned, (nominal, turned(nominal)))):
-                at_draws = prior_responses(record, compared.frequency, turned)
-                frf = _without_zeros(np.stack([at_draws[0], *at_draws[1]]))
-                there = compared._replace(responses={1.0: frf})
-                if there.apart() < MOST * compared.apart():
-                    likelihood = there.log_likelihood(AS_GIVEN)
-                    yield _Hypothesis(from_other_end(sides, name, ends), everywhere, likelihood)
+            one = turned(nominal)
+            if not (
+                _can_be_turned(one) and _of_models(record, compared, [one]).apart() < as_nominal
+            ):
+                continue
+            there = _of_models(record, compared, map(turned, record.prior_models))
+            if there.apart() < MOST * compared.apart():
+                pairs, likelihood = np.ones(len(there.places), bool), there.log_likelihood(AS_GIVEN)
+                yield _Hypothesis(from_other_end(sides, name, ends), pairs, likelihood)
+
+
+def _of_models(record: Record, compared: _Compared, models: "Iterable[Experiment]") -> _Compared:
+    """The same beside responses of other models."""
+    nominal, draws = prior_responses(record, compared.frequency, models)
+    return compared._replace(responses={1.0: _without_zeros(np.stack([nominal, *draws]))})
 
 
 def _turned(model: "Experiment", sides: Sequence[str], axis: int, total: float) -> "Experiment":

@@ -1,6 +1,6 @@
 """One run of a measurement in the channels of an experiment, its noise, and what models give."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -152,11 +152,11 @@ def _distance(first: Recorded, second: Recorded) -> float:
 def prior_responses(
     record: Record,
     frequency: Float[np.ndarray, "frequency"],
-    changed: "Callable[[Experiment], Experiment]" = lambda model: model,
+    models: "Iterable[Experiment] | None" = None,
 ) -> tuple[Response, Sequence[Response]]:
     """FRFs of the measured quantity [m/N, (m/s)/N or (m/s²)/N] of the nominal model, and at draws.
 
-    Lines are above 0 Hz. Models may be changed before.
+    Lines are above 0 Hz. Or of other models, the first of which takes the place of the nominal one.
     """
     derivative = quantity_of(record.measurement.quantity).derivative
     power = (2j * np.pi * frequency) ** derivative
@@ -166,7 +166,7 @@ def prior_responses(
         flat = receptance if receptance.ndim == 3 else receptance[:, :, record.level]
         return np.asarray(flat * power)
 
-    nominal, *draws = map(response, map(changed, record.prior_models))
+    nominal, *draws = map(response, record.prior_models if models is None else models)
     return nominal, draws
 
 
