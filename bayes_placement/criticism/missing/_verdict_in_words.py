@@ -28,12 +28,15 @@ SHAPES_SEEN_FROM = 1e-3
 """The same of all others."""
 
 BY_ITSELF = {
-    "damping": "Its damping differs from mode to mode: give each mode in the band a ratio of its "
-    "own, damping=bp.damping.Modal([dist.LogUniform(1e-3, 0.1) for _ in range(6)]) for six.",
-    "gain": "Its sensitivities differ from those recorded: give each transducer one of its own, "
-    "bp.Sensor(..., gain=dist.Normal(1.0, 0.1)).",
+    "damping": "Its damping differs from mode to mode ({}): give each mode in the band a ratio of "
+    "its own, damping=bp.damping.Modal([dist.LogUniform(1e-3, 0.1) for _ in range(6)]) for six.",
+    "gain": "Its sensitivities differ from those recorded ({}): give each transducer one of its "
+    "own, bp.Sensor(..., gain=dist.Normal(1.0, 0.1)).",
 }
-"""What to write in the model where errors of one kind alone explain the data."""
+"""What to write in the model where errors of one kind alone explain the data, and these errors."""
+
+MOST_ERRORS = 12
+"""Errors of one kind that are told."""
 
 LEFT = "The model still fails its check: something else is missing as well."
 """What is said where an effect does not explain all."""
@@ -262,8 +265,23 @@ def sizes_in_words(step: FittedModel, before: FittedModel | None = None) -> str:
         return "The model hardly needs to err."
     rest = ["hardly in anything else"] if len(needed) < len(step.model_error) else []
     said = f"The model needs to err: {', '.join(parts + rest)}."
-    is_one = len(needed) == 1 and not step.kinds
-    return f"{said} {BY_ITSELF.get(needed[0], '')}".rstrip() if is_one else said
+    if len(needed) > 1 or needed[0] not in BY_ITSELF or step.kinds:
+        return said
+    return f"{said} {BY_ITSELF[needed[0]].format(', '.join(_errors_of(step, needed[0])))}"
+
+
+def _errors_of(step: FittedModel, kind: str) -> list[str]:
+    """Errors of single modes or channels in words, but those that no response shows."""
+    before, size = f"model_error.{kind}.standard", step.model_error[kind].mean
+    least = SEEN_FROM.get(kind, SHAPES_SEEN_FROM)
+    told = []
+    for name, standard in step.errors.items():
+        error = size * standard if kind == "gain" else np.expm1(size * standard)
+        if name.startswith(before) and abs(error) >= least:
+            owner, _, number = name.removeprefix(before).partition("[")
+            whose = owner.strip(".").replace(".", " ") or f"mode {int(number[:-1]) + 1}"
+            told.append(f"{whose} {100 * error:+.2g} %")
+    return told[:MOST_ERRORS]
 
 
 def alone_in_words(answer: Ledger | Ranking) -> str:

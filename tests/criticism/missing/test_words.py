@@ -223,8 +223,13 @@ def test_what_takes_away_nothing_that_can_be_read_is_not_near(delays):
 
 def _sizes(step, **sizes):
     least = {"frequency": 1e-5, "damping": 1e-3, "shape": 1e-4, "gain": 1e-4} | sizes
-    errors = {kind: ParameterEstimate(size, 0.0, 0.0, 1.0, "1") for kind, size in least.items()}
-    return sizes_in_words(dataclasses.replace(step, model_error=errors))
+    found = {kind: ParameterEstimate(size, 0.0, 0.0, 1.0, "1") for kind, size in least.items()}
+    errors = {
+        "model_error.damping.standard[0]": -0.5,
+        "model_error.damping.standard[1]": 1e-3,
+        "model_error.gain.standard.sensor.s1[0]": 1.6,
+    }
+    return sizes_in_words(dataclasses.replace(step, model_error=found, errors=errors))
 
 
 def test_errors_of_one_kind_alone_become_a_part_of_the_model(delays):
@@ -232,6 +237,7 @@ def test_errors_of_one_kind_alone_become_a_part_of_the_model(delays):
     assert _sizes(step) == "The model hardly needs to err."
     alone = _sizes(step, damping=0.4)
     assert alone.startswith("The model needs to err: damping by 40 %, hardly in anything else. ")
-    assert "damping.Modal([dist.LogUniform" in alone
+    assert "from mode to mode (mode 1 -18 %): " in alone and "damping.Modal([dist" in alone
+    assert "recorded (sensor s1 +8 %): " in _sizes(step, gain=0.05)
     both = _sizes(step, damping=0.4, shape=0.02)
     assert both.endswith("damping by 40 %, mode shapes by 2 %, hardly in anything else.")
