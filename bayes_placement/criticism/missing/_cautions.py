@@ -66,14 +66,18 @@ def shares_at_edges(
 def _sizes_at_bounds(hypothesis: Hypothesis) -> Iterator[str]:
     """Sizes of the model error that are as large as their priors allow."""
     problem = hypothesis.problem
-    for unknown in problem.unknown_sizes:
-        size = problem.sizes[unknown.name]
-        if unknown.distribution.cdf(size) >= 1 - EDGE:
-            yield (
-                f"{unknown.name} ended at the upper edge of its prior, {size:.3g}: a larger model "
-                "error is no rival then, so that effects are claimed too easily. Look at the model "
-                f"first; or widen that prior of {advice.SIZES_OF_ERRORS.python}."
-            )
+    sizes = [(each, problem.sizes[each.name]) for each in problem.unknown_sizes]
+    at_edge = [
+        f"{unknown.name} {size:.3g}"
+        for unknown, size in sizes
+        if unknown.distribution.cdf(size) >= 1 - EDGE
+    ]
+    if at_edge:
+        yield (
+            f"The model error ended at the upper edge of its prior ({', '.join(at_edge)}): a "
+            "larger one is no rival then, so that effects are claimed too easily. Look at the "
+            f"model first; or widen that prior of {advice.SIZES_OF_ERRORS.python}."
+        )
 
 
 def _one_state_of_modes(hypothesis: Hypothesis) -> Iterator[str]:

@@ -67,6 +67,9 @@ class Reach:
         The law as measured at each kind of port, see `law_as_measured`; of complex FRFs.
     fails
         Whether the model as given misses the data by more than noise; None of unknown noise.
+    one_explains
+        Whether the best law, alone, leaves nothing but noise; None of unknown noise. If not, the
+        probabilities hold if one law acts alone.
     is_new
         Whether laws act in the later of two states alone: what is new since the baseline.
     limits
@@ -87,6 +90,7 @@ class Reach:
     chi2_per_datum: float
     measured: Mapping[str, pd.DataFrame] = field(repr=False)
     fails: bool | None
+    one_explains: bool | None = None
     is_new: bool = False
     limits: str = ""
     in_bands: LeftInBands | None = field(default=None, repr=False)
@@ -224,12 +228,13 @@ class Reach:
             what = "new since the baseline" if self.is_new else "missing"
             return [f"Nothing is seen to be {what}: the model reaches the noise without it."]
         kinds = self.kinds()
+        alone = " if one law acts alone" if self.one_explains is False else ""
         first, *others = [
             *self._none_explains(kinds),
             *(
                 f"{_subject(acts_on, row)}: {row['law'].in_words()} removes "
                 f"{row['few_numbers']:.0%} of the misfit "
-                f"({probability_in_words(row['probability'])}){_by_any_law(row)}"
+                f"({probability_in_words(row['probability'])}{alone}){_by_any_law(row)}"
                 f"{self._as_well(str(acts_on))}."
                 for acts_on, row in kinds.iterrows()
             ),
@@ -315,12 +320,14 @@ def reach_of(
         if tells_phase(problem)
     }
     chi2_per_datum = squares / problem.count
+    misses = fails(problem, told[0].fit.squares)
     return Reach(
         curves.reset_index(drop=True),
         table,
         chi2_per_datum,
         measured,
         fails(problem, squares),
+        None if misses is None else not misses,
         is_new=problem.baseline is not None,
         limits=_limits(problem),
         in_bands=left_in_bands(problem, fit.point, reaches) if with_bands else None,

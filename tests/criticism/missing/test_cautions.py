@@ -59,7 +59,7 @@ def test_a_model_error_as_large_as_its_prior_allows_is_doubted(fitted):
     largest = problem.at_sizes(problem.sizes | {"model_error.damping.size": 0.999})
     (sentence,) = cautions(replace(at_median, problem=largest), sampled)
     assert sentence.startswith(
-        "model_error.damping.size ended at the upper edge of its prior, 0.999: "
+        "The model error ended at the upper edge of its prior (model_error.damping.size 0.999): "
     )
 
 

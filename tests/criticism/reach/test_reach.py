@@ -209,6 +209,10 @@ def test_reach_is_told_in_words():
     assert found.words()[0].startswith("displacement at 2")
     assert "dashpot - spring removes 100%" in found.words()[0]
     assert repr(found).startswith("Reach: reduced chi-square")
+    alone = " if one law acts alone)"
+    assert found.one_explains and alone not in found.words()[0]
+    not_all = dataclasses.replace(found, one_explains=False)
+    assert alone in not_all.words()[0]
 
 
 def test_places_that_are_not_told_apart_are_told_and_shaded():
