@@ -430,6 +430,7 @@ def compiled_responses():
     return sum("_response" in name for name in names), len(runners)
 
 
+@pytest.mark.long
 def test_only_structures_that_were_last_used_stay_compiled(page, monkeypatch):
     """Undo among them compiles nothing; the curves of others are compiled anew, and the same."""
     monkeypatch.setattr("bayes_placement.explorer.last_used.MOST", 2)

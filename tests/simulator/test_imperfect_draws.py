@@ -11,7 +11,7 @@ from tests.simulator.hidden_structures import accelerance
 from tests.simulator.imperfect_scenes import FORMS, NO_FLAWS, Scene, Sizes, drawn
 from tests.simulator.nominal_fits import NAMES, NominalFit, flat
 
-pytestmark = pytest.mark.long  # only benchmarks draw structures
+pytestmark = [pytest.mark.long, pytest.mark.longest]  # only benchmarks draw structures
 
 
 @pytest.mark.parametrize("form", ["bar", "beam"])

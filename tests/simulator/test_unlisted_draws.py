@@ -25,7 +25,7 @@ from tests.simulator.unlisted_draws import MISFIT, draw, nothing
 from tests.simulator.unlisted_effects import KINDS, Hidden, response
 from tests.simulator.unlisted_scenes import FORMS, Scene
 
-pytestmark = pytest.mark.long  # only benchmarks draw structures
+pytestmark = [pytest.mark.long, pytest.mark.longest]  # only benchmarks draw structures
 
 UNDAMPED = 1e-12
 AT, TO, START, END = 0.28, 0.49, 0.2, 0.44

@@ -100,6 +100,7 @@ def test_numbers_that_the_data_see_as_a_product_are_told_as_confounded(plain):
     assert f"These data do not distinguish {ledger.confounded[0][0]} from" in ledger.words()[1]
 
 
+@pytest.mark.long
 def test_of_frequencies_and_scaled_shapes_stiffness_and_density_are_not_told_apart():
     places = [0.13, 0.31, 0.44, 0.78]
     modes = modal_bars.measured(places, 5, noise=np.random.default_rng(1), ratio=0.01)

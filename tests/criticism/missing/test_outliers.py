@@ -44,6 +44,7 @@ def searched(*hidden, error=0.0):
     )
 
 
+@pytest.mark.long
 def test_a_single_wrong_datum_is_no_absorber_but_named(monkeypatch, error=0.3):
     ledger = searched(error=error)
     assert ledger.verdict == ()
