@@ -117,14 +117,16 @@ def null_hypothesis(experiment: Experiment, data: Data) -> Hypothesis:
 def with_errors(exact: Hypothesis, errors: ModalErrors, rival: Rival = NO_RIVAL) -> Hypothesis:
     """Fit a hypothesis once more, with a model error.
 
-    Errors begin at zero, where the exact model follows the data best on a logarithmic scale: a fit
-    whose errors have already taken up what an effect does would keep them.
+    Errors begin at zero, where the exact model follows the data best on a logarithmic scale, and
+    where it fits them best: a fit whose errors have already taken up what an effect does would keep
+    them.
 
     A hypothesis that stays far behind its rival is left as it is.
     """
     problem = problem_with_errors(exact, errors)
-    starts = np.zeros((len(exact.near), problem.dimension))
-    starts[:, : exact.problem.dimension] = exact.near  # errors are the last unknowns
+    before = np.concatenate([exact.near, exact.fit.point[None]])
+    starts = np.zeros((len(before), problem.dimension))
+    starts[:, : exact.problem.dimension] = before  # errors are the last unknowns
     sized = kept_with_sizes(problem, starts, decreasing_errors(problem, DECREASING_ERRORS), rival)
     chi2 = exact.chi2_per_datum
     return replace(exact, **vars(sized), has_errors=True, chi2_when_exact=chi2)

@@ -9,14 +9,16 @@ from dataclasses import replace
 import numpy as np
 
 from ..._shared.sites import is_unknown
+from ...effects.attached import Attached
+from ...effects.eccentric_mass import EccentricMass
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...inference.engines.empirical_bayes import DECREASING_ERRORS
 from ...laws.catalogue import leaves
 from ..kept_fits import kept_with_sizes
-from ..reach._ports import Port, field_columns, place_columns
+from ..reach._ports import field_columns
 from ._hypotheses import Hypothesis, finite
-from ._networks import LISTED
+from ._networks import LISTED, Network
 from ._posterior_odds import Comparison
 
 STRENGTHS, FOLLOWED = 21, 3
@@ -35,13 +37,10 @@ def with_simpler_laws(comparison: Comparison) -> Comparison:
 
 def _simpler(best: Hypothesis, comparison: Comparison) -> list[Effect]:
     """Candidates of one number on the same piece of the structure, in the same direction."""
-    if not best.has_errors or len(best.effects) != 1 or kind_of(best.effects[0]) not in LISTED:
+    if not best.has_errors or len(best.effects) != 1:
         return []
     (effect,) = best.effects
-    acts_on, network = LISTED[kind_of(effect)]
-    if len(leaves(network)) == 1:
-        return []
-    letters = [(acts_on, letter) for letter in leaves(network)]
+    letters = _elements(effect)
     experiment = best.problem.experiment
     on = experiment.structure.modes, experiment.instruments
     return [
@@ -53,13 +52,22 @@ def _simpler(best: Hypothesis, comparison: Comparison) -> list[Effect]:
     ]
 
 
+def _elements(effect: Effect) -> list[Network]:
+    """Elements of a network of several, each by itself; of a body its mass."""
+    if isinstance(effect, EccentricMass):
+        return [("displacement", "m")]
+    acts_on, network = LISTED.get(kind_of(effect), (effect.acts_on, ""))
+    elements = leaves(effect.law.tree() if isinstance(effect, Attached) else network)
+    return [(acts_on, letter) for letter in elements] if len(elements) > 1 else []
+
+
 def _in_its_place(best: Hypothesis, simpler: Effect, null: Hypothesis) -> Hypothesis:
     """Fit another effect where that of a hypothesis is, from all else as it is there."""
     (effect,) = best.effects
     problem = null.problem.with_effect(simpler).at_sizes(best.problem.sizes)
     start = best.point_in(problem)
     place, found = (
-        place_columns(Port(each.acts_on, each), of)
+        field_columns(each, of, each.place_fields)
         for each, of in ((simpler, problem), (effect, best.problem))
     )
     start[place] = best.fit.point[found]

@@ -166,12 +166,14 @@ class Weighed:
 
 
 def _at_one_place(one: Box | None, other: Box | None, policy: Policy) -> bool:
-    """Whether two places overlap, and neither is long."""
+    """Whether all of two places is within the size of one.
+
+    They need not overlap: of two laws each has its best place, and a body is held at its foot.
+    """
     if one is None or other is None:
         return False
     low, high = np.array([one, other]).swapaxes(0, 1)
-    overlap = np.all(low.max(axis=0) <= high.min(axis=0))
-    return bool(overlap and np.all(high - low <= policy.one_place))
+    return bool(np.all(high.max(axis=0) - low.min(axis=0) <= policy.one_place))
 
 
 def swapped(kinds: Sequence[str], others: Sequence[str]) -> tuple[list[str], list[str]]:

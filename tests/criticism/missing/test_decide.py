@@ -165,16 +165,23 @@ def test_beside_a_model_error_what_something_else_explains_as_well_is_not_claime
     assert decision.reasons == ("mass is not the only one that explains the data: so does spring",)
 
 
-HERE, BESIDE, LONG = (
+HERE, BESIDE, NEXT, LONG = (
     ((0.3, 0.5), (0.34, 0.52)),
     ((0.27, 0.5), (0.32, 0.51)),
+    ((0.345, 0.5), (0.36, 0.52)),
     ((0.1,) * 2, (0.9,) * 2),
 )
 
 
 @pytest.mark.parametrize(
     ("place", "kinds"),
-    [(BESIDE, ("mass",)), (LONG, ()), (((0.5, 0.5), (0.54, 0.52)), ()), (None, ())],
+    [
+        (BESIDE, ("mass",)),
+        (NEXT, ("mass",)),
+        (LONG, ()),
+        (((0.5, 0.5), (0.54, 0.52)), ()),
+        (None, ()),
+    ],
 )
 def test_what_else_explains_the_data_at_the_same_place_is_told_beside(place, kinds):
     """A spring and a bed about it are one claim; not what acts elsewhere, or who knows where."""
