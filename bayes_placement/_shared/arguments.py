@@ -5,7 +5,7 @@ import functools
 import inspect
 import types
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from typing import Any, NamedTuple, TypeVar, Union, cast, get_args, get_origin
+from typing import Any, NamedTuple, TypeGuard, TypeVar, Union, cast, get_args, get_origin
 
 import jax
 import numpy as np
@@ -16,7 +16,7 @@ from numpyro.distributions import Distribution
 from .dimensions import Parameter
 from .errors import InputError
 
-Function = TypeVar("Function", bound=Callable[..., Any])
+Function = TypeVar("Function", bound=Callable[..., object])
 
 
 def check_kind(
@@ -27,7 +27,7 @@ def check_kind(
         raise InputError(f"{argument}={shown(value)} was given; {needed}: {instead}.")
 
 
-def check_count(argument: str, value: Any, least: int, instead: str) -> None:
+def check_count(argument: str, value: object, least: int, instead: str) -> None:
     """Refuse what is no whole number, or is below a least one."""
     if not (_is_count(value) and value >= least):
         words = f"{argument}={shown(value)} was given; a whole number of at least {least} is needed"
@@ -67,7 +67,7 @@ def shown(value: object) -> str:
 class _Kind(NamedTuple):
     """What an annotation allows: a test of a value; what is needed, why, and an example."""
 
-    allows: Callable[[Any], bool]
+    allows: Callable[[object], bool]
     words: str
     example: str = "..."
     reason: str = "since its attributes are used"
@@ -81,7 +81,7 @@ def arguments_checked(function: Function) -> Function:
     signature = inspect.signature(function)
 
     @functools.wraps(function)
-    def checked(*positional: object, **named: Any) -> Any:
+    def checked(*positional: object, **named: object) -> object:
         try:
             bound = signature.bind(*positional, **named)
         except TypeError as error:  # one is missing, or has another name
@@ -149,7 +149,7 @@ def _kinds_within(annotation: object) -> list[_Kind]:
     return [_kind(part) for part in parts]
 
 
-def _parts(annotation: object) -> list[Any]:
+def _parts(annotation: object) -> list[object]:
     """Annotations within an annotation; a type variable stands for what binds it."""
     if isinstance(annotation, TypeVar):
         return [*annotation.__constraints__] or [annotation.__bound__ or Any]
@@ -190,7 +190,7 @@ def _array_of(dimensions: str) -> _Kind:
     names = dimensions.split()
     repeats = any(name.startswith("*") or name == "..." for name in names)
 
-    def allows(value: Any) -> bool:
+    def allows(value: object) -> bool:
         if repeats or not _is_numeric(value):
             return _is_numeric(value)
         pairs = zip(names, np.shape(value), strict=False)
@@ -220,32 +220,32 @@ def _object_named(name: str) -> _Kind:
     return _Kind(lambda value: name in [base.__name__ for base in type(value).__mro__], words)
 
 
-def _is_numeric(value: object) -> bool:
+def _is_numeric(value: object) -> TypeGuard[ArrayLike]:
     """Whether it is an array of numbers, or can be made into it; NaN is no number."""
     if isinstance(value, jax.core.Tracer):
         return True
     return _is_array_like(value) and not np.isnan(np.asarray(value)).any()
 
 
-def _is_array_like(value: object) -> bool:
+def _is_array_like(value: object) -> TypeGuard[ArrayLike]:
     try:
         return np.asarray(value).dtype.kind in "biufc"
     except (ValueError, TypeError):  # rows of different lengths
         return False
 
 
-def _is_finite_number(value: Any) -> bool:
+def _is_finite_number(value: object) -> bool:
     if isinstance(value, jax.core.Tracer):
         return True
     number = _is_numeric(value) and np.ndim(value) == 0 and np.asarray(value).dtype.kind in "iuf"
     return bool(number and np.isfinite(value))
 
 
-def _is_count(value: object) -> bool:
+def _is_count(value: object) -> TypeGuard[int | np.integer]:
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 
-def _of_class(kind: Any, *words: str) -> _Kind:
+def _of_class(kind: type | tuple[type, ...], *words: str) -> _Kind:
     return _Kind(lambda value: isinstance(value, kind), *words)
 
 
@@ -265,7 +265,7 @@ _PARAMETER = _Kind(
     "in SI units",
 )
 _UNIONS = ((ArrayLike, _ARRAY_LIKE), (Parameter, _PARAMETER), (float | int, _NUMBER))
-_KINDS: dict[Any, _Kind] = {
+_KINDS: dict[object, _Kind] = {
     type(None): _NOTHING,
     ArrayLike: _ARRAY_LIKE,
     bool: _of_class((bool, np.bool_), "True or False", "True", "since it is a choice"),

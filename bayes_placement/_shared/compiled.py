@@ -12,10 +12,14 @@ import jax
 import jax.numpy as jnp
 import jaxlib
 import numpy as np
-from jax.extend.core import get_opaque_trace_state
+from jax.extend.core import Jaxpr, get_opaque_trace_state
+from jax.stages import Wrapped
+from jax.tree_util import PyTreeDef
 from numpyro.distributions import Distribution
 
 Result = TypeVar("Result")
+Tree = TypeVar("Tree")
+Outcome = TypeVar("Outcome")
 
 MOST_PROGRAMS = 192
 """Compiled functions that stay, of 4 MB each, so that a process of many searches stops growing."""
@@ -23,7 +27,7 @@ MOST_PROGRAMS = 192
 WIDEST = 512
 """Bits of the widest vectors of a processor; one that has narrower ones takes these."""
 
-_Options: TypeAlias = tuple[tuple[str, Any], ...] | None
+_Options: TypeAlias = tuple[tuple[str, int], ...] | None
 
 
 def compiled(function: Callable[..., Result]) -> "Compiled[Result]":
@@ -39,7 +43,7 @@ def compiled(function: Callable[..., Result]) -> "Compiled[Result]":
     return Compiled(function)
 
 
-def of_jax(tree: object, least: int = 0) -> Any:
+def of_jax(tree: Tree, least: int = 0) -> Tree:
     """Return a tree whose arrays are of JAX, where large ones are computed with again and again.
 
     Smaller ones than `least` bytes stay: Python reads numbers of NumPy in less time.
@@ -63,7 +67,7 @@ class Compiled(Generic[Result]):
     def __init__(self, function: Callable[..., Result]):
         self.function = function
 
-    def __call__(self, *arguments: Any) -> Result:
+    def __call__(self, *arguments: object) -> Result:
         """Run it, compiled for the structure of its arguments."""
         return self.bound(*arguments)()
 
@@ -110,12 +114,11 @@ class Bound(Generic[Result]):
         """Compile it for arguments of the shapes of these, unless that is done. Any thread may."""
         self._tried(lambda parts: self._jitted(parts).lower(parts.numbers, arguments).compile())
 
-    def program(self, *arguments: object) -> Any:
+    def program(self, *arguments: object) -> Jaxpr:
         """Return its JAX program for arguments of these shapes; traced once, not compiled."""
-        closed = self._tried(
-            lambda parts: self._jitted(parts).trace(parts.numbers, arguments).jaxpr
+        return self._tried(
+            lambda parts: self._jitted(parts).trace(parts.numbers, arguments).jaxpr.jaxpr
         )
-        return closed.jaxpr  # type: ignore[attr-defined]
 
     def outcome(self, *arguments: object) -> Any:
         """Return what it returns for arguments of these shapes, shapes in place of arrays."""
@@ -123,19 +126,19 @@ class Bound(Generic[Result]):
             lambda parts: self._jitted(parts).trace(parts.numbers, arguments).out_info
         )
 
-    def __call__(self, *arguments: Any) -> Result:
+    def __call__(self, *arguments: object) -> Result:
         """Run it. Only one thread at a time may: two can wait for each other for ever."""
         alone = not _is_inside_another()
         return self._tried(lambda parts: self._jitted(parts, alone)(parts.numbers, arguments))
 
-    def _jitted(self, parts: "_Parts", alone: bool = True) -> Any:
+    def _jitted(self, parts: "_Parts", alone: bool = True) -> Wrapped:
         return self._programs(parts.key, self._options if alone else None)
 
     @functools.cached_property
     def _options(self) -> "_Options":
         return _options(self._effort, self._is_long)
 
-    def _tried(self, action: Callable[["_Parts"], Any]) -> Any:
+    def _tried(self, action: Callable[["_Parts"], Outcome]) -> Outcome:
         try:
             return action(self._parts)
         except _STEERING:
@@ -153,13 +156,13 @@ class _Fields:
         self.kind = type(distribution)
         self.value = dict(zip(self.kind.gather_pytree_data_fields(), values, strict=True))
 
-    def tree_flatten(self) -> tuple[list[Any], Any]:
+    def tree_flatten(self) -> tuple[list[object], tuple[type, object]]:
         """Return values by the names of their fields, and what is fixed."""
         values = [with_sorted_fields(self.value[name]) for name in sorted(self.value)]
         return values, (self.kind, self.fixed)
 
     @classmethod
-    def tree_unflatten(cls, fixed: Any, values: Sequence[Any]) -> Distribution:
+    def tree_unflatten(cls, fixed: tuple[type, object], values: Sequence[object]) -> Distribution:
         """Return the distribution."""
         kind, auxiliary = fixed
         names = kind.gather_pytree_data_fields()
@@ -167,7 +170,7 @@ class _Fields:
         return kind.tree_unflatten(auxiliary, tuple(value[name] for name in names))
 
 
-def with_sorted_fields(tree: object) -> Any:
+def with_sorted_fields(tree: object) -> object:
     """Return the tree with each distribution flattened by the names of its fields.
 
     NumPyro flattens them in the order of a set, another one in each process, and a program whose
@@ -187,15 +190,15 @@ def _is_distribution(leaf: object) -> bool:
 class _Form(NamedTuple):
     """A function, and the structure of the trees that it is given."""
 
-    function: Callable[..., Any]
-    structure: Any
+    function: Callable[..., object]
+    structure: PyTreeDef
 
 
 class _Key(NamedTuple):
     """What calls must have in common to share one compiled function."""
 
     form: _Form
-    fixed: tuple[Any, ...]
+    fixed: tuple[object, ...]
     kinds: tuple[type, ...]  # of these: True == 1, and steers as another
 
 
@@ -203,21 +206,21 @@ class _Parts(NamedTuple):
     """Numbers of trees, which are inputs, and the rest."""
 
     key: _Key
-    leaves: list[Any]
-    numbers: list[Any]
+    leaves: list[object]
+    numbers: list[object]
 
     def with_fixed_floats(self) -> "_Parts":
         """Return the same with arrays alone as inputs."""
         return _parts(self.key.form, self.leaves, _is_array)
 
 
-def _parts(form: _Form, leaves: list[Any], is_input: Callable[[Any], bool]) -> _Parts:
+def _parts(form: _Form, leaves: list[object], is_input: Callable[[object], bool]) -> _Parts:
     fixed = tuple(_INPUT if is_input(leaf) else leaf for leaf in leaves)
     key = _Key(form, fixed, tuple(map(type, fixed)))
     return _Parts(key, leaves, [_of_stated_type(leaf) for leaf in leaves if is_input(leaf)])
 
 
-def _of_stated_type(leaf: object) -> Any:
+def _of_stated_type(leaf: object) -> object:
     """A number whose type JAX does not adapt: it compiles once more for one that it would."""
     if isinstance(leaf, jax.core.Tracer) or not getattr(leaf, "weak_type", _is_of_python(leaf)):
         return leaf
@@ -228,7 +231,7 @@ def _is_of_python(leaf: object) -> bool:
     return type(leaf) in (float, complex)
 
 
-Programs: TypeAlias = Callable[[_Key, _Options], Any]
+Programs: TypeAlias = Callable[[_Key, _Options], Wrapped]
 """Functions of JAX that are compiled, each once."""
 
 
@@ -237,8 +240,8 @@ def programs_kept(most: int) -> Programs:
     return functools.lru_cache(maxsize=most)(_program)
 
 
-def _program(key: _Key, options: _Options) -> Any:
-    def function(numbers: list[Any], arguments: tuple[object, ...]) -> Any:
+def _program(key: _Key, options: _Options) -> Wrapped:
+    def function(numbers: list[object], arguments: tuple[object, ...]) -> object:
         inputs = iter(numbers)
         leaves = [next(inputs) if leaf is _INPUT else leaf for leaf in key.fixed]
         return key.form.function(*jax.tree.unflatten(key.form.structure, leaves), *arguments)
@@ -277,7 +280,7 @@ def _options(effort: int | None, is_long: bool) -> _Options:
     """
     if jax.default_backend() != "cpu" or not jaxlib.__version__.startswith("0.10."):
         return None
-    fast: tuple[tuple[str, Any], ...] = (
+    fast: tuple[tuple[str, int], ...] = (
         ("xla_cpu_use_fusion_emitters", False),
         ("xla_cpu_parallel_codegen_split_count", 1),
     )
@@ -296,7 +299,7 @@ def _is_number(leaf: object) -> bool:
     return _is_array(leaf) or isinstance(leaf, float | complex)
 
 
-_outside: Any = None
+_outside: object = None
 """State of JAX in which no other function was being compiled."""
 
 _INPUT = object()

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from types import ModuleType
-from typing import Any
+from typing import TypeVar
 
 import loky
 
@@ -14,6 +14,8 @@ from .arguments import arguments_checked
 from .errors import InputError, MissingExtraError
 from .precision import LEAST_THREADS
 from .processes import ENVIRONMENT, begin_helper, settings_of_jax, starting
+
+Result = TypeVar("Result")
 
 
 @arguments_checked
@@ -72,7 +74,9 @@ class WorkerProcesses(Executor):
         self._count = count
         self._pool = self._new_pool()
 
-    def submit(self, fn: Callable[..., Any], /, *args: object, **kwargs: Any) -> Future[Any]:
+    def submit(
+        self, fn: Callable[..., Result], /, *args: object, **kwargs: object
+    ) -> Future[Result]:
         """Call a function in one of the processes."""
         try:
             return self._pool.submit(fn, *args, **kwargs)
@@ -84,7 +88,7 @@ class WorkerProcesses(Executor):
         """End all processes; parts that were not begun are left."""
         self._pool.shutdown(wait, kill_workers=cancel_futures)
 
-    def _new_pool(self) -> Any:
+    def _new_pool(self) -> loky.ProcessPoolExecutor:
         with starting():
             pool = loky.ProcessPoolExecutor(
                 self._count,
@@ -142,7 +146,7 @@ def _without_tracebacks(name: str) -> Iterator[None]:
         logger.setLevel(before)
 
 
-def _cluster(distributed: ModuleType, processes: int) -> Any:
+def _cluster(distributed: ModuleType, processes: int) -> AbstractContextManager[object]:
     """Scheduler and workers on this machine."""
     return distributed.LocalCluster(
         n_workers=processes,

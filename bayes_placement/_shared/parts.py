@@ -29,7 +29,7 @@ from . import processes
 from .errors import WorkerError
 
 Result = TypeVar("Result")
-Task = tuple[Any, ...]
+Task = tuple[object, ...]
 
 IN_FLIGHT = 200
 """Parts submitted at once: enough for as many workers, few enough for a scheduler."""
@@ -80,7 +80,7 @@ def shared(
     function: Callable[..., Result],
     tasks: Sequence[Task],
     done: Callable[[int], None],
-    meanwhile: Callable[[], Any] = nothing,
+    meanwhile: Callable[[], object] = nothing,
 ) -> list[Result]:
     """Call a function with the arguments of each task, by the executor, or here and by helpers.
 
@@ -100,7 +100,7 @@ def shared(
 def shared_in_any_order(
     function: Callable[..., Result],
     tasks: Sequence[Task],
-    meanwhile: Callable[[], Any] = nothing,
+    meanwhile: Callable[[], object] = nothing,
 ) -> Iterator[tuple[int, Result]]:
     """Number and result of each task as soon as it is done; all else is as in `shared`.
 
@@ -298,11 +298,11 @@ class _Queue(Generic[Result]):
             return number
 
 
-def _has_failed(future: Future[Any]) -> bool:
+def _has_failed(future: Future[Result]) -> bool:
     return future.cancelled() or future.exception() is not None
 
 
-def _is_lost(future: Future[Any]) -> bool:
+def _is_lost(future: Future[Result]) -> bool:
     return future.cancelled() or isinstance(future.exception(), BrokenExecutor | CancelledError)
 
 

@@ -14,9 +14,10 @@ import sys
 import time
 import warnings
 from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor
 from contextlib import AbstractContextManager, contextmanager, suppress
 from threading import Thread
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import jax
 import loky
@@ -43,7 +44,7 @@ SETTINGS = (
 )
 """Settings of JAX that a helper shares with this process."""
 
-Settings: TypeAlias = tuple[tuple[str, Any], ...]
+Settings: TypeAlias = tuple[tuple[str, object], ...]
 """Their names and values."""
 
 _sharing = False
@@ -109,7 +110,7 @@ def import_in_helpers(*modules: str) -> None:
             helpers.submit(_import, modules)
 
 
-def started_helpers() -> tuple[Any, int]:
+def started_helpers() -> tuple[Executor | None, int]:
     """Return the helpers, which start at the first call, and their number; None and 0 of none.
 
     A GPU is not shared: it has threads of its own, and its memory belongs to one process.
@@ -125,7 +126,7 @@ def started_helpers() -> tuple[Any, int]:
         return None, 0
 
 
-def _started(count: int) -> Any:
+def _started(count: int) -> Executor:
     global _started_before
     with starting():
         helpers = loky.get_reusable_executor(

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, ArrayLike
 from numpyro.distributions import (
     Delta,
     Distribution,
@@ -57,7 +58,7 @@ ORDER = Range(0.0, 1.0, "an order is between that of a spring, 0, and that of a 
 SIZE = Range(-0.5, 1.0, "an error of a dimension is a relative one, not percent: 0.05")
 
 
-def described(prior: Any) -> str:
+def described(prior: Distribution) -> str:
     """Write a distribution as its name and arguments, Uniform(0.02, 0.06), or as it was made."""
     if isinstance(prior, Independent):
         return described(prior.base_dist)
@@ -134,14 +135,14 @@ class SinhTransform(ParameterFreeTransform):
     codomain = constraints.real
     sign = 1
 
-    def __call__(self, x: Any) -> Any:
+    def __call__(self, x: ArrayLike) -> Array:
         """Sinh x."""
         return jnp.sinh(x)
 
-    def _inverse(self, y: Any) -> Any:
+    def _inverse(self, y: ArrayLike) -> Array:
         return jnp.arcsinh(y)
 
-    def log_abs_det_jacobian(self, x: Any, y: Any, intermediates: Any = None) -> Any:
+    def log_abs_det_jacobian(self, x: object, y: ArrayLike, intermediates: object = None) -> Array:
         """Log cosh x."""
         return 0.5 * jnp.log1p(y**2)
 

@@ -108,8 +108,8 @@ class _Field(NamedTuple):
     """A field of a noun: its value, its default (itself where it has none) and its unit."""
 
     name: str
-    value: Any
-    default: Any = dataclasses.MISSING
+    value: object
+    default: object = dataclasses.MISSING
     unit: str = ""
 
 
@@ -117,7 +117,10 @@ def _fields(noun: Any) -> list[_Field]:
     """Fields of a dataclass, an Equinox module or a named tuple."""
     if isinstance(noun, tuple):
         values = zip(type(noun)._fields, noun, strict=True)  # type: ignore[attr-defined]
-        return [_Field(name, value, *_default_of(noun, name)) for name, value in values]
+        return [
+            _Field(name, value, noun._field_defaults.get(name, dataclasses.MISSING))
+            for name, value in values
+        ]
     # Those that are given by their names come last, as in a call.
     in_order = sorted(dataclasses.fields(noun), key=lambda field: bool(field.kw_only))
     return [
@@ -127,16 +130,12 @@ def _fields(noun: Any) -> list[_Field]:
     ]
 
 
-def _default_of(noun: Any, name: str) -> list[Any]:
-    return [noun._field_defaults[name]] if name in noun._field_defaults else []
-
-
-def _default(field: "dataclasses.Field[Any]") -> Any:
-    factory: Any = field.default_factory
+def _default(field: "dataclasses.Field[object]") -> object:
+    factory = field.default_factory
     return field.default if factory is dataclasses.MISSING else factory()
 
 
-def _unit(field: "dataclasses.Field[Any]", noun: object) -> str:
+def _unit(field: "dataclasses.Field[object]", noun: object) -> str:
     unit = stated_unit(field.metadata, noun)
     return "" if unit == "1" else unit
 

@@ -4,15 +4,16 @@ import enum
 import functools
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Any, NamedTuple, TypeVar, cast
+from typing import Any, NamedTuple, TypeGuard, TypeVar, cast
 
 import equinox as eqx
 import jax
 import numpyro
-from jax.tree_util import DictKey, GetAttrKey, SequenceKey
+from jax.tree_util import DictKey, GetAttrKey, PyTreeDef, SequenceKey
 from numpyro.distributions import Distribution
 
 from .arguments import check_kind
+from .dimensions import Parameter
 from .errors import InputError
 from .ranges import Range
 
@@ -82,7 +83,7 @@ class Leaf(NamedTuple):
     field: str
     name: str
     unit: str
-    value: Any
+    value: Parameter
     within: Range | None = None
 
 
@@ -132,7 +133,7 @@ STANDS_FOR = "stands for"
 """Metadata of a field that takes the place of another leaf: the field that holds its name."""
 
 
-def is_unknown(leaf: object) -> bool:
+def is_unknown(leaf: object) -> TypeGuard[Distribution]:
     """Tell whether a leaf is still a distribution."""
     return isinstance(leaf, Distribution)
 
@@ -142,7 +143,7 @@ def is_open(leaf: object) -> bool:
     return is_unknown(leaf) or isinstance(leaf, jax.core.Tracer)
 
 
-def is_finite(distribution: Any) -> bool:
+def is_finite(distribution: Distribution) -> bool:
     """Tell whether a distribution gives weight to finitely many values, which can be listed."""
     support = distribution.support
     return support is not None and support.is_discrete and distribution.has_enumerate_support
@@ -150,7 +151,7 @@ def is_finite(distribution: Any) -> bool:
 
 def unit(
     word: str | Callable[[Any], str], role: Role | None = None, *, within: Range | None = None
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Metadata of a field whose value carries a unit, maybe a range and a role of its own.
 
     A unit that depends on other fields is a function of the object.
@@ -164,7 +165,7 @@ def stated_unit(metadata: Mapping[str, object], owner: object, default: str = ""
     return str(stated(owner) if callable(stated) else stated)
 
 
-def owners(role: Role) -> dict[str, Any]:
+def owners(role: Role) -> dict[str, Role]:
     """Metadata of a field whose value owns unknowns of a role; of a dictionary, each entry does."""
     return {"role": role}
 
@@ -175,7 +176,7 @@ def realise(tree: Tree, where: Callable[[Unknown], bool] = lambda unknown: True)
     What is not asked for stays a distribution.
     """
 
-    def sample(unknown: Unknown) -> Any:
+    def sample(unknown: Unknown) -> Parameter:
         if not where(unknown):
             return unknown.distribution
         return numpyro.sample(unknown.name, unknown.distribution)
@@ -248,7 +249,7 @@ def leaves_with_unit(tree: object) -> list[Leaf]:
     return [_leaf(of, leaf) for of, leaf in described_leaves if of.steps.unit]
 
 
-def _mapped(tree: Tree, function: Callable[[Unknown], Any]) -> Tree:
+def _mapped(tree: Tree, function: Callable[[Unknown], object]) -> Tree:
     """Replace each distribution by the value of a function of the unknown."""
     leaves, structure = _flattened(tree)
     descriptions = _descriptions(structure)
@@ -275,12 +276,12 @@ def _is_sampled(of: _Description, leaf: object) -> bool:
     return isinstance(leaf, Distribution) and of.taken_by is None
 
 
-def _flattened(tree: object) -> tuple[list[Any], Any]:
+def _flattened(tree: object) -> tuple[list[Any], PyTreeDef]:
     """Leaves of a tree, a distribution being one, and its structure."""
     return jax.tree.flatten(tree, is_leaf=lambda leaf: isinstance(leaf, Distribution))
 
 
-def _descriptions(structure: object) -> tuple[_Description, ...]:
+def _descriptions(structure: PyTreeDef) -> tuple[_Description, ...]:
     """Description of each leaf of a structure: trees of one structure are asked for many times."""
     try:
         return _kept_descriptions(structure)
@@ -288,7 +289,7 @@ def _descriptions(structure: object) -> tuple[_Description, ...]:
         return _new_descriptions(structure)
 
 
-def _new_descriptions(structure: Any) -> tuple[_Description, ...]:
+def _new_descriptions(structure: PyTreeDef) -> tuple[_Description, ...]:
     tree = jax.tree.unflatten(structure, range(structure.num_leaves))
     paths = [path for path, _ in jax.tree_util.tree_flatten_with_path(tree)[0]]
     plain = [
@@ -340,11 +341,10 @@ def _steps(tree: object, path: tuple[object, ...]) -> _Steps:
 def _metadata(node: object, key: object) -> Mapping[str, Any]:
     if not (isinstance(key, GetAttrKey) and isinstance(node, eqx.Module)):
         return {}
-    metadata: Mapping[str, Any] = node.__dataclass_fields__[key.name].metadata
-    return metadata
+    return node.__dataclass_fields__[key.name].metadata
 
 
-def _child(node: Any, key: Any) -> Any:
+def _child(node: Any, key: object) -> object:
     if isinstance(key, GetAttrKey):
         return getattr(node, key.name)
     if isinstance(key, DictKey):
