@@ -238,7 +238,7 @@ def _is_finite_number(value: object) -> bool:
     if isinstance(value, jax.core.Tracer):
         return True
     number = _is_numeric(value) and np.ndim(value) == 0 and np.asarray(value).dtype.kind in "iuf"
-    return bool(number and np.isfinite(value))
+    return bool(number and np.isfinite(np.asarray(value)))
 
 
 def _is_count(value: object) -> TypeGuard[int | np.integer]:

@@ -18,7 +18,6 @@ from jax.tree_util import PyTreeDef
 from numpyro.distributions import Distribution
 
 Result = TypeVar("Result")
-Tree = TypeVar("Tree")
 Outcome = TypeVar("Outcome")
 
 MOST_PROGRAMS = 192
@@ -43,7 +42,7 @@ def compiled(function: Callable[..., Result]) -> "Compiled[Result]":
     return Compiled(function)
 
 
-def of_jax(tree: Tree, least: int = 0) -> Tree:
+def of_jax(tree: object, least: int = 0) -> Any:
     """Return a tree whose arrays are of JAX, where large ones are computed with again and again.
 
     Smaller ones than `least` bytes stay: Python reads numbers of NumPy in less time.
@@ -120,7 +119,7 @@ class Bound(Generic[Result]):
             lambda parts: self._jitted(parts).trace(parts.numbers, arguments).jaxpr.jaxpr
         )
 
-    def outcome(self, *arguments: object) -> Any:
+    def outcome(self, *arguments: object) -> Result:
         """Return what it returns for arguments of these shapes, shapes in place of arrays."""
         return self._tried(
             lambda parts: self._jitted(parts).trace(parts.numbers, arguments).out_info
@@ -156,13 +155,15 @@ class _Fields:
         self.kind = type(distribution)
         self.value = dict(zip(self.kind.gather_pytree_data_fields(), values, strict=True))
 
-    def tree_flatten(self) -> tuple[list[object], tuple[type, object]]:
+    def tree_flatten(self) -> tuple[list[object], tuple[type[Distribution], object]]:
         """Return values by the names of their fields, and what is fixed."""
         values = [with_sorted_fields(self.value[name]) for name in sorted(self.value)]
         return values, (self.kind, self.fixed)
 
     @classmethod
-    def tree_unflatten(cls, fixed: tuple[type, object], values: Sequence[object]) -> Distribution:
+    def tree_unflatten(
+        cls, fixed: tuple[type[Distribution], object], values: Sequence[object]
+    ) -> Distribution:
         """Return the distribution."""
         kind, auxiliary = fixed
         names = kind.gather_pytree_data_fields()

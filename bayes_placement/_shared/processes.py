@@ -107,6 +107,7 @@ def import_in_helpers(*modules: str) -> None:
     helpers, count = started_helpers()
     with suppress(RuntimeError):  # they are gone: what is shared later is done here
         for _ in range(count):
+            assert helpers is not None
             helpers.submit(_import, modules)
 
 

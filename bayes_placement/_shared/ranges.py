@@ -1,7 +1,7 @@
 """Between what numbers quantities and priors can be, a field's own by `within=...`; quantiles."""
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -118,8 +118,10 @@ def ends(prior: Distribution) -> tuple[float, float]:
 
 def _quantile(prior: Distribution, probability: float, unknown: float) -> float:
     shares = np.array([[probability], [1 - probability]])
-    plain: Any = [plain_quantile(prior, normal) for normal in ndtri(shares)]
-    if plain[0] is not None:  # of a negative scale the upper end comes first
+    values = (plain_quantile(prior, normal) for normal in ndtri(shares))
+    if plain := [
+        value for value in values if value is not None
+    ]:  # of a negative scale the upper end comes first
         return float(np.min(plain) if probability < 0.5 else np.max(plain))
     try:
         value = compiled(type(prior).icdf).bound(prior, probability, effort=0)()

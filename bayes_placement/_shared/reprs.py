@@ -116,11 +116,9 @@ class _Field(NamedTuple):
 def _fields(noun: Any) -> list[_Field]:
     """Fields of a dataclass, an Equinox module or a named tuple."""
     if isinstance(noun, tuple):
-        values = zip(type(noun)._fields, noun, strict=True)  # type: ignore[attr-defined]
-        return [
-            _Field(name, value, noun._field_defaults.get(name, dataclasses.MISSING))
-            for name, value in values
-        ]
+        kind: Any = type(noun)
+        defaults = [kind._field_defaults.get(name, dataclasses.MISSING) for name in kind._fields]
+        return [*map(_Field, kind._fields, noun, defaults)]
     # Those that are given by their names come last, as in a call.
     in_order = sorted(dataclasses.fields(noun), key=lambda field: bool(field.kw_only))
     return [

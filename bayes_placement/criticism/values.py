@@ -1,7 +1,6 @@
 """Values of unknowns, arrays together or one by one, and what a model predicts with them."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
@@ -11,11 +10,11 @@ from .._shared.dimensions import Response
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
 from ..inference.engines.levenberg_marquardt import LARGEST
-from ..inference.estimates import from_scalars, scalars
+from ..inference.estimates import Number, from_scalars, scalars
 from ..inference.residuals import Problem
 
 
-def with_arrays(experiment: Experiment, values: Mapping[str, float]) -> dict[str, Any]:
+def with_arrays(experiment: Experiment, values: Mapping[str, float]) -> dict[str, Number]:
     """Values of the unknowns by name, the elements of an array put together.
 
     Elements of an array are given one by one (`structure.damping.ratio[0]`).

@@ -1,18 +1,20 @@
 """Directions in which effects at a place act: they point somewhere, and the structure moves so."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from .._shared.arguments import shown
+from .._shared.dimensions import Parameter
 from .._shared.errors import InputError
 from .._shared.sites import is_open
 
 _ACROSS = 1e-9  # of the length of a direction, below which a component of it is rounding
 
 
-def check_direction(effect: str, direction: Sequence[Any] | None, axes: Sequence[int]) -> None:
+def check_direction(
+    effect: str, direction: Sequence[Parameter] | None, axes: Sequence[int]
+) -> None:
     """Refuse a direction that points nowhere, or across every motion of the structure.
 
     What is a distribution, or computed, is not known yet and passes.
@@ -55,7 +57,7 @@ def _unit(axis: int) -> str:
     return str(tuple(float(number == axis) for number in (1, 2, 3)))
 
 
-def _text(direction: Sequence[Any]) -> str:
+def _text(direction: Sequence[Parameter]) -> str:
     words = [
         f"{float(component):g}"
         if not is_open(component) and _is_finite(component)

@@ -1,9 +1,11 @@
 """Words for the place, the direction and the channel that an effect acts on."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from .._shared.dimensions import Parameter
 from .._shared.sites import is_unknown
 from ..positions.bounds import Bounds, in_space
 from ..positions.channel import Channel
@@ -23,7 +25,7 @@ def channel(direction: Number | None) -> str:
     return "" if direction is None else f"channel {Channel('', int(direction)).label}"
 
 
-def along(direction: Any) -> str:
+def along(direction: Sequence[Parameter] | np.ndarray | None) -> str:
     """Direction in which something acts: along y, along -z, along (0.6, 0, 0.8)."""
     if direction is None or any(is_unknown(component) for component in direction):
         return ""

@@ -1,9 +1,9 @@
 """A stretch of a uniform bar or beam that has lost stiffness: a crack, a notch."""
 
 import math
-from typing import Any
 
 import jax.numpy as jnp
+import numpy as np
 
 from .._shared.dimensions import Parameter
 from .._shared.errors import InputError
@@ -81,10 +81,9 @@ class LocalStiffnessLoss(AtPlace, Hinged):
         """
         if not isinstance(scales.modes, Waveguide):
             return []
-        length: Any = scales.modes.bounds()[1]
+        length = scales.modes.bounds()[1]
         extent, loss = LogUniform(0.01 * length, 0.1 * length), LogUniform(0.003, 0.95)
-        nominal: Any = scales.nominal_modes.bounds()[1]
-        line_length = float(nominal)
+        line_length = float(np.ptp(scales.nominal_modes.bounds()))
         half_wave = line_length / len(scales.modes.wave_numbers)
         longest = min(half_wave / 3, 0.1 * line_length)
         inside = Uniform(longest, line_length - longest)

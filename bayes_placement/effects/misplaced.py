@@ -16,7 +16,7 @@ from .._shared.errors import InputError
 from .._shared.sites import is_open, is_unknown, unit
 from ..positions.bounds import in_space
 from ..positions.places import Cartesian
-from ..positions.vectors import triple
+from ..positions.vectors import Vector, triple
 from . import _setting_words
 from .prelude import Instruments, Modes, Number, OfSide, Scales, Uniform, coordinates, field
 
@@ -27,7 +27,7 @@ class Misplaced(OfSide):
     absent: ClassVar[tuple[str, float]] = ("shift", 0.0)
     place_fields: ClassVar[tuple[str, ...]] = ("shift",)
     shift: eqx.AbstractVar[Parameter]
-    towards: eqx.AbstractVar[tuple[Any, ...]]
+    towards: eqx.AbstractVar[tuple[Vector, ...]]
     bearing: eqx.AbstractVar[Parameter]
 
     def on(self, modes: Modes) -> "Misplaced":
@@ -64,10 +64,9 @@ class Misplaced(OfSide):
         for number, (name, transducer) in enumerate(moved.items()):
             recorded = coordinates(transducer.position)
             shifted = jnp.clip(recorded + step, *corners)
-            position: Any = jnp.where(chosen == number, shifted, recorded)
-            if self.towards:
-                position = Cartesian(*position)
-            moved[name] = eqx.tree_at(lambda tree: tree.position, transducer, position)
+            position = jnp.where(chosen == number, shifted, recorded)
+            place = Cartesian(*position) if self.towards else position
+            moved[name] = eqx.tree_at(lambda tree: tree.position, transducer, place)
         return instruments._replace(**{f"{self.side}s": moved})
 
     def _step(self) -> Float[Array, "towards"]:
@@ -115,7 +114,7 @@ class MisplacedSensor(Misplaced):
     side = "sensor"
     sensor: Number
     shift: Parameter = field(metadata=unit("m"))
-    towards: tuple[Any, ...] = field(default=(), kw_only=True)
+    towards: tuple[Vector, ...] = field(default=(), kw_only=True)
     bearing: Parameter = field(metadata=unit("rad"), default=0.0, kw_only=True)
     name: str = field(static=True, default="misplaced_sensor", kw_only=True)
 
@@ -145,7 +144,7 @@ class MisplacedActuator(Misplaced):
     side = "actuator"
     actuator: Number
     shift: Parameter = field(metadata=unit("m"))
-    towards: tuple[Any, ...] = field(default=(), kw_only=True)
+    towards: tuple[Vector, ...] = field(default=(), kw_only=True)
     bearing: Parameter = field(metadata=unit("rad"), default=0.0, kw_only=True)
     name: str = field(static=True, default="misplaced_actuator", kw_only=True)
 

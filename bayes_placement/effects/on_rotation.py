@@ -1,10 +1,11 @@
 """What is attached to the rotation of a structure at one place."""
 
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import equinox as eqx
 import jax.numpy as jnp
 
+from .._shared.dimensions import Parameter
 from ..modes.modes import Modes
 from ..modes.points import Points
 from ..modes.ports import is_beam, rotation
@@ -12,7 +13,7 @@ from ..positions.places import coordinates
 from .effect import Direction, NetworkAttachment
 from .scales import Scales
 
-Footprint: TypeAlias = tuple[Any, Any, Any] | None
+Footprint: TypeAlias = tuple[Parameter, Parameter, Parameter] | None
 """Vector between the edges of a foot in space [m]; None on a beam."""
 
 
@@ -40,5 +41,5 @@ def check_rotation(footprint: Footprint, direction: Direction, modes: Modes) -> 
 
 def bending_scale(scales: Scales) -> tuple[float, float] | None:
     """Length [m] and bending stiffness [N m2] of a uniform beam; None of other structures."""
-    beam: Any = scales.nominal_modes
+    beam = scales.nominal_modes
     return (float(beam.length), float(beam.stiffness)) if is_beam(beam) else None

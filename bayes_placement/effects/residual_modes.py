@@ -1,7 +1,5 @@
 """Flexibility of modes above the band that the model leaves out."""
 
-from typing import Any
-
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -38,7 +36,7 @@ class ResidualModes(InstrumentEffect):
 
     def numbered(self, instruments: Instruments) -> "ResidualModes":
         """Return the effect as it is."""
-        value: Any = self.flexibility
+        value = self.flexibility
         shape = tuple(value.shape()) if is_unknown(value) else np.shape(value)
         needed = tuple(len(instruments.channels(side)) for side in ("sensor", "actuator"))
         if shape not in ((), needed):

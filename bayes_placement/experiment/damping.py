@@ -253,7 +253,7 @@ def _no_damping(value: object) -> InputError:
     )
 
 
-def _least(value: Any) -> float:
+def _least(value: object) -> float:
     """Least possible number of a value or a distribution, by the bounds of its support."""
     if isinstance(value, jax.core.Tracer):
         return np.inf

@@ -1,7 +1,7 @@
 """Which lines of measured FRFs to use: those around resonances, or those that carry most."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -202,7 +202,7 @@ def _noise_share(run: "Measurement") -> Float[np.ndarray, "pair frequency"]:
     return variance / np.maximum(np.abs(frf) ** 2, np.finfo(float).tiny)
 
 
-def runs(run: "Measurement", together: Any) -> tuple["Measurement", ...]:
+def runs(run: "Measurement", together: "Sequence[Measurement] | None") -> tuple["Measurement", ...]:
     """Return a measurement and those at other force levels."""
     needed = "a list of measurements is needed, since there may be many"
     check_kind("together", together, (Sequence, type(None)), needed, "together=runs[1:]")

@@ -253,7 +253,7 @@ class ModalParameters:
         covariance = np.atleast_2d(np.cov(frequency, rowvar=False))
         scatter = np.sqrt(np.diag(covariance))
         count = 1 if of_one else len(frequency)
-        damping: dict[str, Any] = {}
+        damping = {}
         if damping_ratio is not None:
             ratio = checks.repeats("damping_ratio", damping_ratio, frequency.shape)
             deviation = ratio.std(axis=0, ddof=1) / np.sqrt(count)

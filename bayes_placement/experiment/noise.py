@@ -1,7 +1,7 @@
 """Output error: the Gaussian distribution of measured outputs around predicted ones, Eq. (21)."""
 
 import abc
-from typing import Any, ClassVar, TypeAlias
+from typing import ClassVar, TypeAlias
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -379,7 +379,7 @@ def _channels(sigma: Array, sensors: Chosen, actuators: Chosen) -> Array:
     return sigma[:, actuators] if sigma.shape[1] > 1 else sigma
 
 
-def _as_outputs(sigma: Any, predicted: Response) -> Array:
+def _as_outputs(sigma: Parameter, predicted: Response) -> Array:
     level = jnp.asarray(sigma)
     if level.ndim == 3:  # common to all force levels and both parts of a complex FRF
         between = tuple(range(2, predicted.ndim - 1))

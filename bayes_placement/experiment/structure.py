@@ -169,7 +169,7 @@ def is_dict(leaf: object) -> bool:
     return isinstance(leaf, dict)
 
 
-def _effects(structure: Structure) -> Any:  # Equinox asks for a marker as well
+def _effects(structure: Structure) -> object:  # Equinox asks for a marker as well
     return structure.effects
 
 

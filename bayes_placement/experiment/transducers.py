@@ -190,8 +190,8 @@ class Transducer(eqx.Module):
         position = self._position_on(self.position, modes)
         self._check_recorded(modes)
         settings = self._settings() | {"directions": self.directions or modes.axes}
-        of_place: Any = {"recorded": self.recorded, "tolerance": self.tolerance}
-        return type(self)(self.name, position, **settings, **of_place)
+        settings |= {"recorded": self.recorded, "tolerance": self.tolerance}
+        return type(self)(self.name, position, **settings)
 
     def _settings(self) -> dict[str, Any]:
         """What it is, wherever it sits."""

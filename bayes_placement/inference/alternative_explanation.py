@@ -1,7 +1,7 @@
 """One explanation of earlier data among others: an experiment and draws of its unknowns."""
 
 from collections.abc import Mapping
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import equinox as eqx
 import numpy as np
@@ -18,7 +18,7 @@ JointDraws: TypeAlias = dict[str, np.ndarray]
 
 def draws_of(posterior: xr.DataTree | Mapping[str, object] | None) -> JointDraws | None:
     """Draws [draw, ...] by name, from a result of `infer` (chains in a row) or from such draws."""
-    check_annotated("after", posterior, xr.DataTree | Mapping[str, Any] | None)
+    check_annotated("after", posterior, xr.DataTree | Mapping[str, object] | None)
     if posterior is None:
         return None
     if isinstance(posterior, xr.DataTree):

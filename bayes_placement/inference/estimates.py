@@ -1,6 +1,7 @@
 """Mean, spread and their standard errors, from draws of a number with weights or in chains."""
 
 from collections.abc import Mapping
+from types import ModuleType
 from typing import Any, NamedTuple, TypeAlias
 
 import jax
@@ -31,13 +32,13 @@ and 2 sqrt(pi) 0.7 = 2.5 of them are effective under it.
 """
 
 
-def effective_size(log_weight: LogWeights) -> Any:
+def effective_size(log_weight: LogWeights) -> Number:
     """Effective number of draws or nodes of these weights, which need not sum to one.
 
     The square of the sum of the weights over the sum of their squares (Kish).
     """
     # Of known weights by NumPy, which compiles nothing for each of their numbers.
-    module: Any = jnp if isinstance(log_weight, jax.core.Tracer) else np
+    module: ModuleType = jnp if isinstance(log_weight, jax.core.Tracer) else np
     weight = module.exp(log_weight - module.max(log_weight))
     return module.sum(weight) ** 2 / module.sum(weight**2)
 

@@ -17,7 +17,7 @@ MOST_BYTES = 1 << 29
 """Memory [bytes] that the evaluations of one batch may take together."""
 
 
-def working_bytes(function: Bound[Any], *arguments: object) -> int:
+def working_bytes(function: Bound[Output], *arguments: object) -> int:
     """Return the most memory [bytes] that a function holds at once, besides its arguments.
 
     Every intermediate array counts from where it is computed to where it is used last. XLA fuses
@@ -36,7 +36,7 @@ def available_bytes() -> int | None:
     return int(free[0][1]) * 1024 if free else None
 
 
-def affordable_batch(function: Bound[Any], argument: object, most: int) -> int:
+def affordable_batch(function: Bound[Output], argument: object, most: int) -> int:
     """Return how many evaluations of a function fit into memory at once.
 
     They are at least one and at most `most`. The argument is one element of a batch.

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import xarray as xr
@@ -137,8 +137,7 @@ def by_level(flat: Labelled) -> Labelled:
         flat.isel(frequency=np.flatnonzero(number == level)).drop_vars(FORCE_LEVEL)
         for level in range(levels.size)
     ]
-    options: dict[str, Any] = {"coords": "minimal", "compat": "override", "join": "override"}
-    levelled = xr.concat(runs, FORCE_LEVEL, **options)
+    levelled = xr.concat(runs, FORCE_LEVEL, coords="minimal", compat="override", join="override")
     ordered = levelled.transpose("sensor", "actuator", FORCE_LEVEL, "frequency", ...)
     return ordered.assign_coords({FORCE_LEVEL: (FORCE_LEVEL, levels, {"units": "N"})})
 

@@ -1,7 +1,5 @@
 """Seeds and keys of random numbers: an integer, a NumPy integer or a JAX key, wherever one is."""
 
-from typing import Any
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -64,7 +62,7 @@ def _checked(key: object) -> Key:
     )
 
 
-def _is_array(key: object, dimensions: int, kind: Any) -> bool:
+def _is_array(key: object, dimensions: int, kind: type) -> bool:
     if not isinstance(key, jax.Array | np.ndarray):
         return False
     return key.ndim == dimensions and bool(jnp.issubdtype(key.dtype, kind))

@@ -131,7 +131,7 @@ class ResidualsOfState:
         Of its numerator and its denominator; of a modulus of what is added to it.
         """
         form = self._batch.outcome(self._any_values).form
-        leaves: Any = jax.tree.unflatten(form.structure, range(len(form.sources)))
+        leaves = jax.tree.unflatten(form.structure, range(len(form.sources)))
         declared = [*self._state.experiment.structure.effects.values()]
         is_modulus = isinstance(declared[-1], Modulus)
         kind = AppliedModulus if is_modulus else AppliedLaw

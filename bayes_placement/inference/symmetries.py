@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._shared.compiled import compiled
+from .._shared.dimensions import Parameter
 from .._shared.sites import Role, Unknown
 from ..experiment.experiment import Experiment
 from ..experiment.model_error import ModalErrors
@@ -105,7 +106,7 @@ def _of_modes_with_errors(of_mode: np.ndarray, errors: ModalErrors) -> np.ndarra
     return of_mode[errors.rigid_body_modes :][: errors.modes]
 
 
-def _ends(modes: Modes) -> tuple[Any, Any]:
+def _ends(modes: Modes) -> tuple[Parameter, Parameter]:
     """Ends of a line [m]."""
     low, high = modes.bounds()
     return low, high

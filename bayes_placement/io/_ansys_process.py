@@ -20,7 +20,7 @@ def read(path: str) -> tuple[dict[str, np.ndarray], dict[str, object]]:
     return _matrices(file) if isinstance(file, FullFile) else _modes(file)
 
 
-def _matrices(file: Any) -> tuple[dict[str, np.ndarray], dict[str, object]]:
+def _matrices(file: FullFile) -> tuple[dict[str, np.ndarray], dict[str, object]]:
     """Upper triangles, sorted by node and direction; rows that are held are empty."""
     header = file._header
     if header["ncefull"]:

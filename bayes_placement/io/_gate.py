@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeGuard
 
 import numpy as np
 from jaxtyping import Bool, Complex, Float
@@ -245,7 +245,7 @@ def text_in_utf8(path: Path) -> str:
     return text
 
 
-def is_number(value: object) -> bool:
+def is_number(value: object) -> TypeGuard[float]:
     """Whether a value of a file of JSON or TOML is a finite number, as large as a float may be."""
     try:
         return isinstance(value, int | float) and type(value) is not bool and math.isfinite(value)

@@ -5,13 +5,14 @@ A rotation, a difference, a cut, a segment or box.
 
 import dataclasses
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeGuard
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Inexact
 
+from .._shared.dimensions import Parameter
 from .._shared.errors import InputError
 from ..positions.bounds import in_space
 from . import _cuts
@@ -204,7 +205,7 @@ Means = Float[np.ndarray, "polynomial node"]
 OverNodes = tuple[Float[Array, "node *coordinate"], Means, Float[Array, ""]]
 
 
-def _segment(middle: Coordinates, extent: Any, modes: Modes) -> OverNodes:
+def _segment(middle: Coordinates, extent: Parameter, modes: Modes) -> OverNodes:
     """Nodes on a line, weights of the means over it, and the length on the line."""
     node, means = _means(POLYNOMIALS, NODES)
     low, high = map(jnp.asarray, modes.bounds())
@@ -237,7 +238,7 @@ def _means(polynomials: int, nodes: int) -> tuple[Float[np.ndarray, "node"], Mea
     return node, (norm * values).T * (weight / 2)
 
 
-def is_beam(modes: Modes) -> bool:
+def is_beam(modes: Modes) -> TypeGuard[Waveguide]:
     """Tell whether a structure is a uniform beam, which alone has slopes."""
     return isinstance(modes, Waveguide) and modes.half_order == 2
 

@@ -2,15 +2,16 @@
 
 import json
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
+
+from .._shared.files import Json
 
 ALIGNED = 4
 """Bytes of a number, at multiples of which the arrays begin."""
 
 
-def packed(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> bytes:
+def packed(header: Mapping[str, object], arrays: Mapping[str, np.ndarray]) -> bytes:
     """Return a frame: the length of the header, the header, and the numbers of the arrays.
 
     To what the page is told besides the shapes of the arrays are added; they are laid out in order.
@@ -22,7 +23,7 @@ def packed(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> bytes
     return b"".join([len(text).to_bytes(ALIGNED, "little"), text, *numbers])
 
 
-def unpacked(frame: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+def unpacked(frame: bytes) -> tuple[Json, dict[str, np.ndarray]]:
     """Return header and arrays of a frame, as the page does."""
     end = ALIGNED + int.from_bytes(frame[:ALIGNED], "little")
     header = json.loads(frame[ALIGNED:end])
@@ -33,7 +34,7 @@ def unpacked(frame: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     return header, arrays
 
 
-def finite(content: Any) -> Any:
+def finite(content: object) -> object:
     """Content with None for numbers that JSON has no words for."""
     if isinstance(content, Mapping):
         return {str(key): finite(value) for key, value in content.items()}

@@ -25,7 +25,7 @@ class ScaledUnknown(NamedTuple):
 
     name: str
     """Its name."""
-    attributes: Mapping[str, Any]
+    attributes: Mapping[str, str]
     """What it belongs to and is for, as in a tree of results."""
     scale: ReadableUnit
     """The unit in which it is told."""
@@ -72,7 +72,7 @@ def unknowns(prior: xr.Dataset, posterior: xr.Dataset | None) -> Iterator[Scaled
 
 
 def _unknown(
-    name: str, attributes: Mapping[str, Any], prior: np.ndarray, posterior: np.ndarray
+    name: str, attributes: Mapping[str, str], prior: np.ndarray, posterior: np.ndarray
 ) -> ScaledUnknown:
     size = float(np.abs(posterior if posterior.size else prior).max())
     scale = readable(str(attributes["units"]), str(attributes["field"]), size)

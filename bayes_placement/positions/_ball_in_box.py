@@ -8,7 +8,8 @@ but has no gradient, which NUTS and quadrature over positions need.
 import functools
 import math
 from collections.abc import Callable, Iterable
-from typing import Any, NamedTuple, TypeVar
+from types import ModuleType
+from typing import NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -65,7 +66,7 @@ class _Marginal(NamedTuple):
         return start + share * (self.cumulative(self.high) - start)
 
 
-def point(cut: Cut, shares: Iterable[Any]) -> list[Scalar]:
+def point(cut: Cut, shares: Iterable[Share]) -> list[Scalar]:
     """Coordinates of the point with these shares, each from 0 to 1: uniform if they are."""
     square, coordinates = jnp.asarray(cut.radius**2), []
     for axis, share in enumerate(shares):
@@ -75,7 +76,7 @@ def point(cut: Cut, shares: Iterable[Any]) -> list[Scalar]:
     return coordinates
 
 
-def shares(cut: Cut, point: Iterable[Any]) -> list[Scalar]:
+def shares(cut: Cut, point: Iterable[Share]) -> list[Scalar]:
     """Shares of a point, clipped axis by axis to the cut ball."""
     square, shares = jnp.asarray(cut.radius**2), []
     for axis, coordinate in enumerate(point):
@@ -128,7 +129,7 @@ def _bisected(marginal: _Marginal, share: Share) -> Scalar:
     return (low + high) / 2
 
 
-def _root(square: Values, cut: Cut, xp: Any) -> Values:
+def _root(square: Values, cut: Cut, xp: ModuleType) -> Values:
     return xp.sqrt(xp.maximum(square, _TINY * cut.radius**2))
 
 
@@ -138,13 +139,13 @@ def _width(cut: Cut, square: Scalar, y: Scalar) -> Scalar:
     return jnp.clip(cut.high[-1], -half, half) - jnp.clip(cut.low[-1], -half, half)
 
 
-def _area_below(cut: Cut, y: Values, square: Values, xp: Any) -> Values:
+def _area_below(cut: Cut, y: Values, square: Values, xp: ModuleType) -> Values:
     """Area of a disc between the last two sides of the box, below y, up to a constant."""
     upper = _area_under(cut, cut.high[-1], y, square, xp)
     return upper - _area_under(cut, cut.low[-1], y, square, xp)
 
 
-def _area_under(cut: Cut, level: float, y: Values, square: Values, xp: Any) -> Values:
+def _area_under(cut: Cut, level: float, y: Values, square: Values, xp: ModuleType) -> Values:
     """Integral up to y of a level clipped to the half width of the disc, up to a constant."""
 
     def segment(t: Values) -> Values:
@@ -156,7 +157,7 @@ def _area_under(cut: Cut, level: float, y: Values, square: Values, xp: Any) -> V
     return math.copysign(1.0, level) * (segment(y) - segment(inner) + abs(level) * inner)
 
 
-def _slice(cut: Cut, square: Values, xp: Any) -> Values:
+def _slice(cut: Cut, square: Values, xp: ModuleType) -> Values:
     """Area of a disc within the last four sides of the box."""
     reach = _root(square - cut.distance_squared(2), cut, xp)
     low, high = xp.maximum(cut.low[1], -reach), xp.minimum(cut.high[1], reach)

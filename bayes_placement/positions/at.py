@@ -1,6 +1,6 @@
 """Read what a user writes behind `at=`, and check it against the structure."""
 
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import jax
 import numpy as np
@@ -95,7 +95,7 @@ def _check_number(at: object) -> None:
         )
 
 
-def _coordinate_count(place: Any) -> int:
+def _coordinate_count(place: Position) -> int:
     if isinstance(place, AtNode):
         return int(np.prod(place.position.shape[1:], initial=1))
     if isinstance(place, Place):
@@ -116,7 +116,7 @@ def _check_inside(place: object, bounds: Bounds, owner: str) -> None:
     )
 
 
-def _may_lie_between(value: Any, low: Any, high: Any, margin: float) -> bool:
+def _may_lie_between(value: object, low: Value, high: Value, margin: float) -> bool:
     if is_unknown(value) and value.shape() == () and not is_finite(value):
         limits = (low, high, margin)
         if any(isinstance(limit, jax.core.Tracer) for limit in limits):

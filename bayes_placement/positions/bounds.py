@@ -5,12 +5,13 @@ from typing import Any, TypeAlias
 import numpy as np
 from jaxtyping import Bool, Float
 
+from .._shared.dimensions import Parameter
 from .._shared.errors import InputError
 from .vectors import CartesianComponents
 
 Corners = tuple[CartesianComponents, CartesianComponents]
 
-Bounds: TypeAlias = tuple[Any, Any] | Corners
+Bounds: TypeAlias = tuple[Parameter, Parameter] | Corners
 """Least and greatest position on a line, or the corners of the box about a structure [m]."""
 
 ROUNDING = 1e-9  # of the size of the structure, by which a position may miss it

@@ -5,7 +5,7 @@ lines. What follows is done at the places of the greatest share that any law the
 """
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -65,8 +65,8 @@ def scanned(
         return found
     scan = ScanByModes(whole, point)
     for alike in _alike(ports, nodes):
-        at: Any = nodes[alike[0]]
-        placed = [_Placed(ports[number], problem, at) for number in alike]
+        at = nodes[alike[0]]
+        placed = [_Placed(ports[number], problem, at) for number in alike if at is not None]
         values = placed[0].of_effect()
         shapes = scan.motions.readings([each.effect for each in placed], values)
         for number, each, of_port in zip(alike, placed, shapes, strict=True):

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -10,6 +10,7 @@ from jaxtyping import Float
 from scipy.special import chdtrc, logsumexp
 
 from ..._shared.errors import InputError
+from ..._shared.files import Json
 from ..._shared.reprs import notebook_html
 from ...inference.chi2 import LEVEL
 from ...inference.engines.levenberg_marquardt import Fit
@@ -192,7 +193,7 @@ class Reach:
             )
         return self.in_bands.any_law(low, high)
 
-    def to_json(self) -> list[dict[str, Any]]:
+    def to_json(self) -> list[Json]:
         """Return both curves over places for each kind of port, and its best law, for a file."""
         return [
             {

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Array, Float
 
 from ._column_groups import Changed, ColumnGroups, changed_data, column_groups
 
@@ -19,7 +19,7 @@ STEP = 1e-6
 """Step of differences, in prior standard deviations."""
 
 ParameterPoints = Float[np.ndarray, "point unknown"]
-Evaluate = Callable[[Any, bool], tuple[Any, Any]]
+Evaluate = Callable[[Any, bool], tuple[Array | np.ndarray, Array | np.ndarray]]
 Residuals = tuple[np.ndarray, np.ndarray]
 
 

@@ -4,10 +4,11 @@ import itertools
 from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Int
+from scipy.sparse import csc_array
 
 from ..._shared.dimensions import Parameter
 from ...modes import finite_elements
@@ -137,7 +138,7 @@ class FiniteElementStructure:
             )
         return files
 
-    def _members(self) -> dict[str, Any]:
+    def _members(self) -> dict[str, csc_array]:
         """Geometric stiffness of each member."""
         return {
             str(member.content["name"]): interpolation.frame_geometric_stiffness(

@@ -1,7 +1,6 @@
 """Output error of a case: what variance or coherence state, or a ratio and a floor."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpyro.distributions import LogUniform
@@ -71,7 +70,7 @@ def _level(stated: JsonObject, name: str, example: float) -> Parameter:
     return LogUniform(*map(float, value)) if isinstance(value, list) else float(value)
 
 
-def _is_level(value: Any) -> bool:
+def _is_level(value: object) -> bool:
     if isinstance(value, list):
         return len(value) == 2 and all(map(is_number, value)) and 0 < value[0] < value[1]
     return is_number(value) and value > 0

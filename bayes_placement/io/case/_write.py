@@ -6,7 +6,6 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from ..._shared.arguments import arguments_checked
 from ..._shared.errors import InputError
@@ -172,7 +171,7 @@ def _fields(
     }
 
 
-def _measured(measurement: Measurement, stated: Mapping[str, Any]) -> Json:
+def _measured(measurement: Measurement, stated: Mapping[str, object]) -> Json:
     if measurement.averages is None:
         raise CaseError(
             "Nothing says of how many averages the FRFs are; a case needs the number, since the "
@@ -189,7 +188,7 @@ def _measured(measurement: Measurement, stated: Mapping[str, Any]) -> Json:
         "n_averages": int(measurement.averages),
         "out_channels": [[channel.name, channel.direction] for channel in measurement.sensors],
         "in_channels": [[channel.name, channel.direction] for channel in measurement.actuators],
-        "sensor_setup": SETUPS[stated["sensor_setup"]],
+        "sensor_setup": SETUPS[str(stated["sensor_setup"])],
         "force_levels_N": None if level is None else [level],
         **noise,
     }

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from ..._shared.errors import InputError
 from ..._shared.files import Json, write_atomically
 from ...experiment.measurement import Measurement
 from ...positions.channel import Channel, check_distinct
-from .._gate import Accepts
+from .._gate import Accepts, is_number
 from ._datasets import VARIANCE_NOTE, Dataset, MeasurementFileError
 from ._units import FORCE_TYPE, FREQUENCY_TYPE, stated_for
 
@@ -274,14 +274,13 @@ def _check_note(dataset: Dataset, line: str, note: Json) -> None:
             )
 
 
-def _are_names(value: Any) -> bool:
-    is_pair = isinstance(value, list) and len(value) == 2
-    return is_pair and all(isinstance(name, str) and name.strip() for name in value)
+def _are_names(value: object) -> bool:
+    names = value if isinstance(value, list) else []
+    return len(names) == 2 and all(isinstance(name, str) and name.strip() for name in names)
 
 
-def _is_force(value: Any) -> bool:
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return value is None or (is_number and 0 < value < np.inf)
+def _is_force(value: object) -> bool:
+    return value is None or (is_number(value) and value > 0)
 
 
 _NOTES: dict[str, Accepts] = {

@@ -1,7 +1,8 @@
 """Uniform bars and beams: closed-form modes by length, section and material."""
 
 import functools
-from typing import Any, ClassVar
+from types import ModuleType
+from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -18,6 +19,8 @@ from ..modes import AxisShapes, Coordinates
 from . import _beam_statics
 from .waveguide import Waveguide
 from .waves import cosine_and_sine
+
+Numbers = Float[Array | np.ndarray, "..."]
 
 _SYNONYMS = {"clamped": "fixed", "supported": "pinned"}
 
@@ -252,14 +255,15 @@ def beam(
     )
 
 
-def _waves(phase: Any, library: object = jnp) -> tuple[Any, Any, Any, Any]:
+def _waves(phase: Numbers, library: object = jnp) -> tuple[Numbers, Numbers, Numbers, Numbers]:
     """Cosine and its derivatives; the last is the sine."""
-    is_compiled = library is jnp
-    cosine, sine = cosine_and_sine(phase) if is_compiled else (np.cos(phase), np.sin(phase))
+    cosine, sine = (
+        cosine_and_sine(jnp.asarray(phase)) if library is jnp else (np.cos(phase), np.sin(phase))
+    )
     return cosine, -sine, -cosine, sine
 
 
-def _terms(x: Any, b: Any, derivative: int, library: Any = jnp) -> Any:
+def _terms(x: Numbers, b: Numbers, derivative: int, library: ModuleType = jnp) -> Numbers:
     """Derivative of the six terms of a beam's shape, in unit length."""
     waves = _waves(b * x, library)
     constant, growth = library.ones_like(b * x), b**derivative

@@ -1,7 +1,6 @@
 """A waveguide, a uniform bar or beam, and its static response: each shape is a polynomial."""
 
 import abc
-from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -41,7 +40,7 @@ class Waveguide(Modes):
     def stiffness(self) -> Parameter:
         """Axial stiffness E A [N] of a bar, bending stiffness E I [N m2] of a beam."""
 
-    def bounds(self) -> tuple[float, Any]:
+    def bounds(self) -> tuple[float, Parameter]:
         """Return the two ends [m]."""
         return 0.0, _least_length(self.length)
 
@@ -95,7 +94,7 @@ class Waveguide(Modes):
         return float(share) / self.angular_frequency()[-1] ** 2
 
 
-def _least_length(length: Parameter) -> Any:
+def _least_length(length: Parameter) -> Parameter:
     """Least length of a number or a prior: a position on it is on every length."""
     if is_unknown(length):
         return float(length.support.lower_bound)  # type: ignore[union-attr]

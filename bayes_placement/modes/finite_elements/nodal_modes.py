@@ -2,7 +2,6 @@
 
 import itertools
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -325,7 +324,7 @@ def _check_scales(
             check_positive(name, value, f"modes_from_shapes(..., {name.partition('[')[0]}=...)")
 
 
-def _check_flexibility(flexibility: Any, rows: int) -> None:
+def _check_flexibility(flexibility: np.ndarray | None, rows: int) -> None:
     """Refuse a flexibility of other rows than those that are read."""
     if flexibility is not None and np.shape(flexibility) != (rows, rows):
         raise InputError(

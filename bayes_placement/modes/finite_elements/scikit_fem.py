@@ -1,7 +1,7 @@
 """Models of scikit-fem: its basis and the matrices assembled on it."""
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -11,6 +11,9 @@ from ..._shared.arguments import arguments_checked
 from . import interpolation
 from .interpolation import Interpolation
 from .matrices import Matrices, Sparse
+
+if TYPE_CHECKING:
+    from skfem import CellBasis
 
 OTHER = 7
 """Direction of a slope, a twist or the like: it takes no part in a translation."""
@@ -93,7 +96,7 @@ class NodesOfRows(NamedTuple):
 
 
 def nodes_of_rows(
-    basis: Any,
+    basis: "CellBasis",
     axes: tuple[int, ...],
     origin: Float[np.ndarray, "3"] | None,
     directions: Float[np.ndarray, "3 local"] | None,
@@ -112,7 +115,7 @@ def nodes_of_rows(
     return NodesOfRows(position[first], np.column_stack([node.ravel() + 1, direction]))
 
 
-def _direction(basis: Any, axes: tuple[int, ...]) -> Int[np.ndarray, "dof"]:
+def _direction(basis: "CellBasis", axes: tuple[int, ...]) -> Int[np.ndarray, "dof"]:
     dofs = basis.get_dofs(elements=True)
     direction = np.full(basis.N, OTHER)
     for component, axis in enumerate(axes, start=1):

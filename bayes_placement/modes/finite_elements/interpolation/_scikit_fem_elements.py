@@ -1,6 +1,6 @@
 """Shape functions of a scikit-fem basis."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
@@ -8,6 +8,9 @@ from jaxtyping import Float
 from ...._shared.arguments import arguments_checked
 from ...._shared.errors import InputError, MissingExtraError
 from ._elements import Elements, all_exponents, build_elements, reference_corners
+
+if TYPE_CHECKING:
+    from skfem import CellBasis
 
 Points = Float[np.ndarray, "point local"]
 
@@ -97,7 +100,7 @@ def _check_basis(basis: object) -> None:
         )
 
 
-def _simplex(basis: Any) -> bool:
+def _simplex(basis: "CellBasis") -> bool:
     name = basis.elem.refdom.__name__
     if name not in _BOXES:
         raise InputError(
@@ -108,7 +111,7 @@ def _simplex(basis: Any) -> bool:
 
 
 def _cells(
-    basis: Any, simplex: bool
+    basis: "CellBasis", simplex: bool
 ) -> tuple[Float[np.ndarray, "element local"], Float[np.ndarray, "element local local"]]:
     """Corner and edges of each cell, in the coordinates of the mesh [m]."""
     dimension = basis.mesh.dim()
@@ -129,7 +132,7 @@ def _cells(
     return corner, edges
 
 
-def _all(basis: Any) -> np.ndarray:
+def _all(basis: "CellBasis") -> np.ndarray:
     return np.arange(basis.mesh.nelements) if basis.tind is None else basis.tind
 
 
@@ -152,7 +155,7 @@ def _same_everywhere(element: object) -> bool:
 
 
 def _coefficients(
-    basis: Any, exponents: tuple[tuple[int, ...], ...], uniform: bool, simplex: bool
+    basis: "CellBasis", exponents: tuple[tuple[int, ...], ...], uniform: bool, simplex: bool
 ) -> Float[np.ndarray, "kind term axis entry"]:
     """Polynomials through the values at as many points as there are terms."""
     powers = np.array(exponents)
@@ -176,7 +179,7 @@ def _terms(point: Points, powers: np.ndarray) -> Float[np.ndarray, "point term"]
 
 
 def _values(
-    basis: Any, point: Points, cells: np.ndarray
+    basis: "CellBasis", point: Points, cells: np.ndarray
 ) -> Float[np.ndarray, "element point axis entry"]:
     """Shape functions of cells at points of the reference cell."""
     functions = [
