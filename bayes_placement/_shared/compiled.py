@@ -13,8 +13,6 @@ import jax.numpy as jnp
 import jaxlib
 import numpy as np
 from jax.extend.core import Jaxpr, get_opaque_trace_state
-from jax.stages import Wrapped
-from jax.tree_util import PyTreeDef
 from numpyro.distributions import Distribution
 
 Result = TypeVar("Result")
@@ -130,7 +128,7 @@ class Bound(Generic[Result]):
         alone = not _is_inside_another()
         return self._tried(lambda parts: self._jitted(parts, alone)(parts.numbers, arguments))
 
-    def _jitted(self, parts: "_Parts", alone: bool = True) -> Wrapped:
+    def _jitted(self, parts: "_Parts", alone: bool = True) -> jax.stages.Wrapped:
         return self._programs(parts.key, self._options if alone else None)
 
     @functools.cached_property
@@ -161,9 +159,7 @@ class _Fields:
         return values, (self.kind, self.fixed)
 
     @classmethod
-    def tree_unflatten(
-        cls, fixed: tuple[type[Distribution], object], values: Sequence[object]
-    ) -> Distribution:
+    def tree_unflatten(cls, fixed: Any, values: Sequence[object]) -> Distribution:
         """Return the distribution."""
         kind, auxiliary = fixed
         names = kind.gather_pytree_data_fields()
@@ -192,7 +188,7 @@ class _Form(NamedTuple):
     """A function, and the structure of the trees that it is given."""
 
     function: Callable[..., object]
-    structure: PyTreeDef
+    structure: jax.tree_util.PyTreeDef
 
 
 class _Key(NamedTuple):
@@ -232,7 +228,7 @@ def _is_of_python(leaf: object) -> bool:
     return type(leaf) in (float, complex)
 
 
-Programs: TypeAlias = Callable[[_Key, _Options], Wrapped]
+Programs: TypeAlias = Callable[[_Key, _Options], jax.stages.Wrapped]
 """Functions of JAX that are compiled, each once."""
 
 
@@ -241,7 +237,7 @@ def programs_kept(most: int) -> Programs:
     return functools.lru_cache(maxsize=most)(_program)
 
 
-def _program(key: _Key, options: _Options) -> Wrapped:
+def _program(key: _Key, options: _Options) -> jax.stages.Wrapped:
     def function(numbers: list[object], arguments: tuple[object, ...]) -> object:
         inputs = iter(numbers)
         leaves = [next(inputs) if leaf is _INPUT else leaf for leaf in key.fixed]

@@ -6,16 +6,14 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from types import ModuleType
-from typing import TypeVar
 
 import loky
 
 from .arguments import arguments_checked
 from .errors import InputError, MissingExtraError
+from .parts import Result
 from .precision import LEAST_THREADS
 from .processes import ENVIRONMENT, begin_helper, settings_of_jax, starting
-
-Result = TypeVar("Result")
 
 
 @arguments_checked
@@ -75,14 +73,14 @@ class WorkerProcesses(Executor):
         self._pool = self._new_pool()
 
     def submit(
-        self, fn: Callable[..., Result], /, *args: object, **kwargs: object
+        self, fn: Callable[..., Result], /, *args: object, **named: object
     ) -> Future[Result]:
         """Call a function in one of the processes."""
         try:
-            return self._pool.submit(fn, *args, **kwargs)
+            return self._pool.submit(fn, *args, **named)
         except BrokenExecutor:
             self._pool = self._new_pool()
-            return self._pool.submit(fn, *args, **kwargs)
+            return self._pool.submit(fn, *args, **named)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End all processes; parts that were not begun are left."""

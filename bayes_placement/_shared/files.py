@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from .errors import WritingError
 
@@ -18,6 +18,7 @@ try:
 except ImportError:  # Windows: files cannot be locked so, and leftovers stay
     fcntl = None  # type: ignore[assignment]
 
+Cell = TypeVar("Cell")
 Json: TypeAlias = dict[str, Any]
 """An object of JSON by the names of its fields."""
 
@@ -138,7 +139,7 @@ def write_csv(path: str | Path, table: "pd.DataFrame", *, index: bool) -> None:
     Path(path).write_text(safe.to_csv(index=index), encoding="utf-8", newline="")
 
 
-def no_formula(cell: object) -> Any:
+def no_formula(cell: Cell) -> Cell | str:
     """Return a cell of a table; what begins as a formula and is no number begins with a '."""
     if not isinstance(cell, str) or not cell.startswith(("=", "+", "-", "@")):
         return cell

@@ -118,11 +118,9 @@ def ends(prior: Distribution) -> tuple[float, float]:
 
 def _quantile(prior: Distribution, probability: float, unknown: float) -> float:
     shares = np.array([[probability], [1 - probability]])
-    values = (plain_quantile(prior, normal) for normal in ndtri(shares))
-    if plain := [
-        value for value in values if value is not None
-    ]:  # of a negative scale the upper end comes first
-        return float(np.min(plain) if probability < 0.5 else np.max(plain))
+    first, last = (plain_quantile(prior, normal) for normal in ndtri(shares))
+    if first is not None and last is not None:  # of a negative scale the upper end comes first
+        return float(np.min([first, last]) if probability < 0.5 else np.max([first, last]))
     try:
         value = compiled(type(prior).icdf).bound(prior, probability, effort=0)()
         return float(np.asarray(value).flat[0])

@@ -62,8 +62,7 @@ class KeptFits:
         self.taken += key not in self._written
         leaves = [arrays[_name(number)] for number in range(len(arrays))]
         numbers = [leaf if leaf.ndim else leaf.item() for leaf in leaves]
-        tree: Tree = jax.tree.unflatten(jax.tree.structure(like), numbers)
-        return tree
+        return jax.tree.unflatten(jax.tree.structure(like), numbers)
 
     def write(self, key: str, tree: object) -> None:
         """Keep a tree that is not too large; a search does not end where that fails."""

@@ -3,7 +3,7 @@
 import abc
 import dataclasses
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, ClassVar, TypeAlias, TypeVar
+from typing import ClassVar, TypeAlias, TypeVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -23,7 +23,7 @@ from ..modes.ports import PortLaw
 from ..positions import at as _at
 from ..positions.names import printable_name
 from ..positions.places import Place as InSpace
-from ..positions.places import Position, Value, coordinates
+from ..positions.places import Value, coordinates
 from ..positions.tolerances import Tolerance
 from ..positions.vectors import Recorded
 from . import _setting_words
@@ -43,7 +43,7 @@ Place: TypeAlias = _at.At
 Direction: TypeAlias = tuple[Parameter, Parameter, Parameter] | None
 """Three numbers or distributions; None for every direction in which the structure moves."""
 
-Location: TypeAlias = Position | Recorded
+Location: TypeAlias = Place | Recorded
 """A place [m] as numbers, or as distributions where it is unknown."""
 
 OF_CHANNELS = "of channels"
@@ -185,8 +185,7 @@ class AtPlace(StructureEffect):
 
     def location(self, modes: Modes, instruments: Instruments) -> Location | None:
         """The place [m]."""
-        at: Any = self.at
-        return at
+        return self.at
 
     def setting(self, modes: Modes, instruments: Instruments) -> str:
         """Piece of the structure on which it sits, and the direction in which it acts."""

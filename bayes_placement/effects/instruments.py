@@ -1,11 +1,11 @@
 """The sensors and actuators of an experiment, as effects on them see them."""
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple, Protocol, TypeAlias, runtime_checkable
+from typing import NamedTuple, Protocol, TypeAlias, runtime_checkable
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Float, Inexact, Int
 
 from .._shared.arguments import shown
 from .._shared.dimensions import Parameter
@@ -47,6 +47,9 @@ class TransducerProtocol(Protocol):
     def arm(self) -> Parameter | None:
         """Distance from its place to the line of its force [m]; None without an arm."""
 
+    def factor(self, omega: Inexact[Array, "frequency"]) -> Inexact[Array, "frequency"] | None:
+        """Factor on its FRFs by its gain and its delay; None where both are exact."""
+
     def points(self, axes: tuple[int, ...], *, with_slopes: bool = False) -> Points:
         """Where and along what its channels act on a structure that moves along axes."""
 
@@ -54,8 +57,8 @@ class TransducerProtocol(Protocol):
 class Instruments(NamedTuple):
     """Sensors and actuators by name, in their order."""
 
-    sensors: Mapping[str, Any]
-    actuators: Mapping[str, Any]
+    sensors: Mapping[str, TransducerProtocol]
+    actuators: Mapping[str, TransducerProtocol]
 
     def side(self, side: str) -> Mapping[str, TransducerProtocol]:
         """Transducers of one side, `sensor` or `actuator`."""

@@ -159,7 +159,7 @@ def _anywhere(modes: Modes, recorded: Any) -> list[dict[str, Any]]:
     feet = nearest.directions @ (np.array(recorded) - nearest.origin)
     lengths = [*nearest.values.values()]
     free = [row for row, length in enumerate(lengths) if is_unknown(length)]
-    uniform: list[Any] = [lengths[row] for row in free]
+    uniform = [lengths[row] for row in free]
     if len(free) == 1:
         low, high = uniform[0].low - feet[free[0]], uniform[0].high - feet[free[0]]
         return [{"shift": Uniform(low, high), "towards": (triple(nearest.directions[free[0]]),)}]

@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Sequence
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -122,8 +122,7 @@ class OfSide(InstrumentEffect):
     @property
     def transducer(self) -> Number:
         """Name or number of the transducer."""
-        number: Number = getattr(self, self.side)
-        return number
+        return getattr(self, self.side)
 
     def numbered(self: Kind, instruments: Instruments) -> Kind:
         """Return the effect with its transducer by number."""
@@ -134,8 +133,8 @@ class OfSide(InstrumentEffect):
         """Return it on the first transducer of an experiment that has this one alone."""
         side = self.side
         name = instruments.name(self.transducer, side)
-        first: dict[str, Any] = {side: 0}
-        return Alone(dataclasses.replace(self, **first), side, (name,))
+        first = eqx.tree_at(lambda tree: getattr(tree, side), self, 0)
+        return Alone(first, side, (name,))
 
     def location(self, modes: Modes, instruments: Instruments) -> Location:
         """Where the transducer was recorded [m]."""

@@ -1,9 +1,8 @@
 """Two sensors, or two actuators, whose records are swapped."""
 
-import dataclasses
 import itertools
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -51,8 +50,8 @@ class Swapped(OfSide):
         side = self.side
         numbers = sorted(int(instruments.number(transducer, side)) for transducer in self.pair)
         first, second = (instruments.name(number, side) for number in numbers)
-        both: dict[str, Any] = {side: 0, "other": 1}
-        return Alone(dataclasses.replace(self, **both), side, (first, second))
+        alone = eqx.tree_at(lambda tree: (getattr(tree, side), tree.other), self, (0, 1))
+        return Alone(alone, side, (first, second))
 
     def recorded(self, frf: Receptance, omega: Omega, instruments: Instruments) -> Receptance:
         """FRF with the channels of the two exchanged."""

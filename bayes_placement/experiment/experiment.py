@@ -2,7 +2,6 @@
 
 from collections import OrderedDict
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import equinox as eqx
 import jax
@@ -146,7 +145,9 @@ class Experiment(eqx.Module):
             check_free(effect, self.structure.effects)
             numbered = effect.numbered(self.instruments)
             effects = added(self.instrument_effects, numbered.on(self.structure.modes))
-            changed = eqx.tree_at(_instrument_effects, self, effects, is_leaf=is_dict)
+            changed = eqx.tree_at(
+                lambda tree: tree.instrument_effects, self, effects, is_leaf=is_dict
+            )
             check_values(changed)
             return changed
         structure = self.structure + effect
@@ -191,7 +192,7 @@ class Experiment(eqx.Module):
         ValueError
             If there is no such effect.
         """
-        for effects in (lambda tree: tree.structure.effects, _instrument_effects):
+        for effects in (lambda tree: tree.structure.effects, lambda tree: tree.instrument_effects):
             remaining = OrderedDict(effects(self))
             if remaining.pop(str(name), None) is not None:
                 fewer = eqx.tree_at(effects, self, remaining, is_leaf=is_dict)
@@ -390,7 +391,3 @@ def _frf(concrete: Experiment) -> Receptance:
 
 def _channels(transducers: Mapping[str, Transducer]) -> tuple[Channel, ...]:
     return tuple(channel for transducer in transducers.values() for channel in transducer.channels)
-
-
-def _instrument_effects(experiment: Experiment) -> Any:  # Equinox asks for a marker as well
-    return experiment.instrument_effects

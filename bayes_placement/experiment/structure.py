@@ -97,7 +97,9 @@ class Structure(eqx.Module):
             "an effect is needed, since only effects are added",
             "structure + effects.point_mass(0.4, 0.1)",
         )
-        changed = settled(eqx.tree_at(_effects, self, self._with(effect), is_leaf=is_dict))
+        changed = settled(
+            eqx.tree_at(lambda tree: tree.effects, self, self._with(effect), is_leaf=is_dict)
+        )
         check_values(changed)
         return changed
 
@@ -167,10 +169,6 @@ class Structure(eqx.Module):
 def is_dict(leaf: object) -> bool:
     """Tell whether a leaf of a tree is a dictionary, which changes as a whole."""
     return isinstance(leaf, dict)
-
-
-def _effects(structure: Structure) -> object:  # Equinox asks for a marker as well
-    return structure.effects
 
 
 def _check_key(key: str, effect: Effect) -> None:

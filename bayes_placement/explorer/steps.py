@@ -61,5 +61,4 @@ def fit(
 
 def _plain(number: np.generic) -> float:
     """A number as Python has it; that of a node stays whole."""
-    value: float = number.item()
-    return value
+    return number.item()

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -82,7 +81,7 @@ def misfit_sentence(result: xr.DataTree) -> str:
     )
 
 
-def chi2_in_words(group: Mapping[Any, Any]) -> str:
+def chi2_in_words(group: xr.Dataset | Mapping[str, float]) -> str:
     """Say how large chi2 is, and how large that of a correct model."""
     names = ("chi2_per_datum", "expected", "spread")
     chi2, expected, spread = (float(group[name]) for name in names)

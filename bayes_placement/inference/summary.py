@@ -183,5 +183,4 @@ def _top(draws: np.ndarray, part: np.ndarray, width: float) -> tuple[float, floa
 
 def _density(draws: np.ndarray, points: np.ndarray, width: float) -> np.ndarray:
     """Kernel density of draws at points, up to a factor."""
-    density: np.ndarray = np.exp(-0.5 * ((points[:, None] - draws) / width) ** 2).sum(axis=1)
-    return density
+    return np.exp(-0.5 * ((points[:, None] - draws) / width) ** 2).sum(axis=1)

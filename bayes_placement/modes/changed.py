@@ -1,14 +1,15 @@
 """Modes of a structure to whose stiffness or mass something is added."""
 
 import abc
-from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
+from numpyro.distributions import Distribution
 
 from ..positions.bounds import Bounds
+from ..positions.places import Straight
 from .eigenpairs import Eigenpairs, eigenpairs
 from .finite_elements.nodal_modes import UnknownModes
 from .modes import AxisShapes, Coordinates, Flexibility, Modes, Orders
@@ -65,7 +66,7 @@ class DerivedModes(Modes):
         """Return the least and the greatest position on the structure [m]."""
         return self.modes.bounds()
 
-    def anywhere(self) -> list[Any]:
+    def anywhere(self) -> list[Distribution | Straight]:
         """Return the uniform distribution of a position on each piece of the structure [m]."""
         return self.modes.anywhere()
 

@@ -1,18 +1,19 @@
 """Modes of an undamped structure: what every other room reads of it."""
 
 import abc
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
-from numpyro.distributions import Uniform
+from numpyro.distributions import Distribution, Uniform
 
 from .._shared.compiled import compiled
 from .._shared.reprs import with_short_repr
 from .._shared.sites import check_numbers
 from ..positions.bounds import Bounds
+from ..positions.places import Straight
 
 Coordinates: TypeAlias = Float[Array, "*coordinate"]
 """A position [m]: on a line, or in space."""
@@ -88,7 +89,7 @@ class Modes(eqx.Module):
     def bounds(self) -> Bounds:
         """Return the least and the greatest position on the structure [m]."""
 
-    def anywhere(self) -> list[Any]:
+    def anywhere(self) -> list[Distribution | Straight]:
         """Return the uniform distribution of a position on each piece of the structure [m]."""
         return [Uniform(*self.bounds())]
 

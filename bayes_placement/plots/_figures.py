@@ -82,8 +82,7 @@ class Panels(NamedTuple):
     @property
     def only(self) -> Axes:
         """The axes of a figure of one panel."""
-        axes: Axes = self.axes[0, 0]
-        return axes
+        return self.axes[0, 0]
 
     def with_legend(self) -> Figure:
         """Add one legend for all panels, and say in empty panels that they are.

@@ -4,16 +4,13 @@ import itertools
 import re
 import textwrap
 import warnings
-from typing import Literal, TypeAlias
+from typing import Any
 
 from matplotlib.axes import Axes
-from matplotlib.backend_bases import RendererBase
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import LayoutEngine, PlaceHolderLayoutEngine
+from matplotlib.layout_engine import PlaceHolderLayoutEngine
 from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
-
-Layout: TypeAlias = LayoutEngine | Literal["constrained"]
 
 _OF_AXES = re.compile(r"\$\\mathdefault\{(-?[\d.]+\\times)?-?[\d.]+\^\{-?[\d.]+\}\}\$")
 """A power, as logarithmic axes write it."""
@@ -41,7 +38,7 @@ class PlainFigure(Figure):
     """Whether long names were broken: once, since more lines leave less room for others."""
 
     @classmethod
-    def on_page(cls, width: float, height: float, layout: Layout = "constrained") -> "PlainFigure":
+    def on_page(cls, width: float, height: float, layout: Any = "constrained") -> "PlainFigure":
         """Return a figure of this size [inch], no wider than a page; its letters shrink with it."""
         figure = cls(figsize=(min(width, WIDTH), height), layout=layout)
         figure.letters = min(1.0, max(WIDTH / width, LEAST / USUAL))
@@ -55,7 +52,7 @@ class PlainFigure(Figure):
         for text in self.findobj(Text):
             text.set_fontsize(max(LEAST, float(text.get_fontsize()) * share))
 
-    def _keep_apart(self, renderer: RendererBase) -> None:
+    def _keep_apart(self, renderer: object) -> None:
         """Break names longer than their panels, once, and thin out numbers that collide."""
         self._lay_out()
         has_changed = False
@@ -79,7 +76,7 @@ class PlainFigure(Figure):
         if engine is not None:
             engine.execute(self)
 
-    def draw(self, renderer: RendererBase) -> None:
+    def draw(self, renderer: Any) -> None:
         """Draw it; what stands between two dollars is no formula."""
         if self.letters < 1:
             self._shrink_letters()
@@ -94,7 +91,7 @@ class PlainFigure(Figure):
                 Figure.draw(self, renderer)
 
 
-def _break_names(panel: Axes, renderer: RendererBase) -> bool:
+def _break_names(panel: Axes, renderer: Any) -> bool:
     """Break the names of a panel that are longer than it; whether there were any."""
     upright, box = panel.yaxis.label, panel.bbox
     lengths = [(upright, upright.get_window_extent(renderer).height, box.height)]
@@ -120,7 +117,7 @@ def _wrapped(line: str, most: int) -> str:
     return broken.replace(f"{_NOTHING} ", "").replace(_NOTHING, "")
 
 
-def _thin_out(panel: Axes, renderer: RendererBase) -> bool:
+def _thin_out(panel: Axes, renderer: object) -> bool:
     """Take fewer numbers along the horizontal axis until they are apart; whether that was so."""
     locator, parts = panel.xaxis.get_major_locator(), 5
     if not isinstance(locator, MaxNLocator):
@@ -131,7 +128,7 @@ def _thin_out(panel: Axes, renderer: RendererBase) -> bool:
     return parts < 5
 
 
-def _are_apart(panel: Axes, renderer: RendererBase) -> bool:
+def _are_apart(panel: Axes, renderer: Any) -> bool:
     low, high = sorted(panel.get_xlim())
     shown = [text for text in panel.get_xticklabels() if low <= text.get_position()[0] <= high]
     boxes = sorted((text.get_window_extent(renderer) for text in shown), key=lambda box: box.x0)

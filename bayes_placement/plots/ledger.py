@@ -271,8 +271,7 @@ def probabilities(result: Ranking | Ledger, *, ax: Axes | None = None) -> Figure
     panel.set_xlabel("posterior probability [1]")
     if len(every) > len(share):
         panel.set_title(f"below {SMALLEST:g}: {len(every) - len(share)} more")
-    figure: Figure = layout.figure
-    return figure
+    return layout.figure
 
 
 @arguments_checked

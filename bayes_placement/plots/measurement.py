@@ -59,8 +59,7 @@ def _page(
         panel.set_ylabel(label)
     for panel in layout.axes[2:].flat:
         panel.set_ylim(-0.02, 1.02)
-    figure: Figure = layout.figure if model is None else layout.with_legend()
-    return figure
+    return layout.figure if model is None else layout.with_legend()
 
 
 def _draw(

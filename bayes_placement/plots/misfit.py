@@ -67,8 +67,7 @@ def residual_map(misfit: Misfit, *, axes: Sequence[Axes] | np.ndarray | None = N
         panel.set_title(f"residual{level}")
     label = f"size of residual [{relative.attrs['units']}]"
     layout.figure.colorbar(mesh, ax=layout.axes.ravel().tolist(), label=label)
-    figure: Figure = layout.figure
-    return figure
+    return layout.figure
 
 
 @arguments_checked
@@ -91,8 +90,7 @@ def residual_maps(result: Fits, *, axes: Sequence[Axes] | np.ndarray | None = No
     height = height_of(next(iter(sizes.values())))
     layout = panels(len(sizes), 1, axes, size=(WIDTH, height))
     draw_maps(layout.figure, layout.axes, sizes)
-    figure: Figure = layout.figure
-    return figure
+    return layout.figure
 
 
 @arguments_checked

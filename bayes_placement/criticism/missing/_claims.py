@@ -124,5 +124,4 @@ def _law(name: str, hypothesis: Hypothesis) -> Law | None:
         law = law.law if isinstance(law, Scaled) and law.strength == 1.0 else law
     else:
         return None
-    rounded: Law = jax.tree.map(lambda number: float(f"{float(number):.4g}"), law)
-    return rounded
+    return jax.tree.map(lambda number: float(f"{float(number):.4g}"), law)

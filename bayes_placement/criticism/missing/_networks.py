@@ -245,7 +245,7 @@ def _listed_effects(comparison: Comparison, laws: Sequence[NamedLaw]) -> list[Ef
 def priors_of_networks(hypothesis: Hypothesis, comparison: Comparison) -> dict[str, float]:
     """Log priors of networks that were found by another search."""
     pieces = Counter(port.acts_on for port in every_port(hypothesis.problem.experiment))
-    networks: list[Any] = [
+    networks = [
         effect
         for effect in hypothesis.effects
         if isinstance(effect, GivenLaw | Strut) and kind_of(effect) not in comparison.variants

@@ -69,8 +69,7 @@ def _left(products: Products, points: Points) -> Float[np.ndarray, "row"]:
     curvature = products[:, :-1, :-1] + np.eye(points.shape[1])
     pull = products[:, :-1, -1:] + points[..., None]
     moved = np.concatenate([-np.linalg.solve(curvature, pull), np.ones((len(points), 1, 1))], 1)
-    left: np.ndarray = (moved.transpose(0, 2, 1) @ products @ moved)[:, 0, 0]
-    return left
+    return (moved.transpose(0, 2, 1) @ products @ moved)[:, 0, 0]
 
 
 _LAYOUT = LeftInBands(NONE, NONE, NONE, NONE, NONE)

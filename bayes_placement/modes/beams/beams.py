@@ -21,7 +21,6 @@ from .waveguide import Waveguide
 from .waves import cosine_and_sine
 
 Numbers = Float[Array | np.ndarray, "..."]
-
 _SYNONYMS = {"clamped": "fixed", "supported": "pinned"}
 
 
