@@ -5,16 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from .._shared.arguments import shown
-from .._shared.dimensions import Parameter
 from .._shared.errors import InputError
 from .._shared.sites import is_open
 
 _ACROSS = 1e-9  # of the length of a direction, below which a component of it is rounding
 
 
-def check_direction(
-    effect: str, direction: Sequence[Parameter] | None, axes: Sequence[int]
-) -> None:
+def check_direction(effect: str, direction: Sequence[object] | None, axes: Sequence[int]) -> None:
     """Refuse a direction that points nowhere, or across every motion of the structure.
 
     What is a distribution, or computed, is not known yet and passes.
@@ -29,7 +26,7 @@ def check_direction(
             f"along x, y and z are needed, since no force follows from others: direction={along}."
         )
     open_ones = [is_open(component) for component in direction]
-    vector = np.array([float(value) for value in values])
+    vector = np.array(values, float)
     length = np.linalg.norm(vector)
     if not any(open_ones) and not 0 < length < np.inf:
         raise InputError(
@@ -57,9 +54,9 @@ def _unit(axis: int) -> str:
     return str(tuple(float(number == axis) for number in (1, 2, 3)))
 
 
-def _text(direction: Sequence[Parameter]) -> str:
+def _text(direction: Sequence[object]) -> str:
     words = [
-        f"{float(component):g}"
+        f"{np.asarray(component):g}"
         if not is_open(component) and _is_finite(component)
         else shown(component)
         for component in direction

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from .._shared.dimensions import Parameter
 from .._shared.sites import is_unknown
 from ..positions.bounds import Bounds, in_space
 from ..positions.channel import Channel
@@ -25,11 +24,11 @@ def channel(direction: Number | None) -> str:
     return "" if direction is None else f"channel {Channel('', int(direction)).label}"
 
 
-def along(direction: Sequence[Parameter] | np.ndarray | None) -> str:
+def along(direction: Sequence[object] | np.ndarray | None) -> str:
     """Direction in which something acts: along y, along -z, along (0.6, 0, 0.8)."""
     if direction is None or any(is_unknown(component) for component in direction):
         return ""
-    vector = np.array([float(component) for component in direction])
+    vector = np.array(direction, float)
     for axis, letter in enumerate("xyz"):
         if np.count_nonzero(vector) == 1 and vector[axis]:
             return f"along {'-' if vector[axis] < 0 else ''}{letter}"

@@ -1,7 +1,6 @@
 """A dimension of a uniform bar or beam, or the scale of a model, that is not as drawn."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import equinox as eqx
 
@@ -86,15 +85,8 @@ class DimensionError(GlobalChange):
         """Modes of the structure of the true dimension."""
         factor = 1 + self.error
         grown = powers(modes)[self.dimension]
-
-        def quantities(waveguide: object) -> list[Any]:  # Equinox asks for markers as well
-            return [getattr(waveguide, name) for name in grown]
-
-        values = [
-            value * factor**power
-            for value, power in zip(quantities(modes), grown.values(), strict=True)
-        ]
-        return eqx.tree_at(quantities, modes, values)
+        values = [getattr(modes, name) * factor**power for name, power in grown.items()]
+        return eqx.tree_at(lambda tree: [getattr(tree, name) for name in grown], modes, values)
 
     def setting(self, modes: Modes, instruments: Instruments) -> str:
         """Which dimension."""

@@ -40,7 +40,7 @@ Stiffness: TypeAlias = Inexact[Array, "frequency"]
 Place: TypeAlias = _at.At
 """A place as a user may give it."""
 
-Direction: TypeAlias = tuple[Parameter, Parameter, Parameter] | None
+Direction: TypeAlias = tuple[object, object, object] | None
 """Three numbers or distributions; None for every direction in which the structure moves."""
 
 Location: TypeAlias = Place | Recorded

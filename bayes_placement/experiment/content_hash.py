@@ -12,7 +12,6 @@ import inspect
 import pickle
 import weakref
 from collections.abc import Callable
-from typing import Any
 
 import jax
 import numpy as np
@@ -60,14 +59,14 @@ class _ContentPickler(pickle.Pickler):
 
     def persistent_id(self, value: object) -> object:
         """Content of values that pickle does not write by content; None for all others."""
-        kind: Any = type(value)
+        kind = type(value)
         if isinstance(value, jax.Array | np.ndarray) and value.dtype != object:
             return _content(value)
         if isinstance(value, set | frozenset):
             return kind, sorted(map(content_hash, value))
         if isinstance(value, Distribution):
             # NumPyro collects the names of its fields in sets, in no order.
-            names = {*kind.gather_pytree_data_fields(), *kind.gather_pytree_aux_fields()}
+            names = {*value.gather_pytree_data_fields(), *value.gather_pytree_aux_fields()}
             return kind, _fields(value, sorted(names))
         if isinstance(value, Transform | Constraint):
             return kind, value.tree_flatten()

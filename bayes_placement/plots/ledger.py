@@ -2,7 +2,6 @@
 
 import textwrap
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -19,7 +18,7 @@ from ..criticism.missing.ranking import Ranking
 from ..effects.library import kind_of
 from ..experiment.experiment import Experiment
 from ..inference.chi2 import LEVEL
-from ..positions.vectors import Recorded
+from ..positions.vectors import Recorded, triple
 from . import structure as structure_plots
 from ._colours import AFTER, INK, Style
 from ._figures import (
@@ -148,7 +147,7 @@ def suspicion(
 def _in_space(
     table: pd.DataFrame,
     kinds: list[str],
-    places: Sequence[tuple[str, Any]],
+    places: Sequence[tuple[str, Recorded]],
     experiment: Experiment | None,
     axes: Sequence[Axes] | np.ndarray | None,
 ) -> Figure:
@@ -169,7 +168,7 @@ def _in_space(
         rows = located[located["kind"] == kind]
         structure_plots.draw_scores(panel, view, rows, label)
         for place in (place for marked, place in places if marked == kind):
-            structure_plots.mark_place(panel, view, place)
+            structure_plots.mark_place(panel, view, triple(place))
         structure_plots.name_axes(panel, view)
         panel.set_title(f"suspicion of{chr(10) if are_narrow else ' '}{kind}")
     _draw_greatest(bars, table, kinds)

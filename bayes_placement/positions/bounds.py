@@ -1,13 +1,13 @@
 """Bounds of a structure: the stretch of a line or the box in space that it fills."""
 
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from .._shared.dimensions import Parameter
 from .._shared.errors import InputError
-from .vectors import CartesianComponents
+from .vectors import CartesianComponents, Vector
 
 Corners = tuple[CartesianComponents, CartesianComponents]
 
@@ -62,11 +62,11 @@ def bounds_text(bounds: Bounds) -> str:
     return f"{low} to {high} m"
 
 
-def position_text(position: Any) -> str:
+def position_text(position: Parameter | Vector) -> str:
     """Write a position: 0.2, or (0.2, 0, 0.9)."""
     if np.ndim(position) == 0:
         return f"{position:g}"
-    return "(" + ", ".join(f"{coordinate:g}" for coordinate in position) + ")"
+    return "(" + ", ".join(f"{coordinate:g}" for coordinate in np.ravel(position)) + ")"
 
 
 def three_coordinates_needed(bounds: Bounds) -> str:

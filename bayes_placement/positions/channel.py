@@ -3,7 +3,7 @@
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from .._shared.arguments import check_annotated, check_kind
 from .._shared.errors import InputError
@@ -110,7 +110,9 @@ def match(requested: Channel, recorded: tuple[Channel, ...], side: str) -> Match
 def parsed(channels: Channels) -> tuple[Channel, ...]:
     """Read channels from labels."""
     # A label is a sequence of letters, and a channel one of two fields.
-    labels: Iterable[Any] = [channels] if isinstance(channels, str | Channel) else channels
+    labels: Iterable[str | Channel] = (
+        [channels] if isinstance(channels, str | Channel) else channels
+    )
     if not isinstance(labels, Iterable):
         check_annotated("channels", channels, Channels)
     return tuple(Channel.parse(label) for label in labels)

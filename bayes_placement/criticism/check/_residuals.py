@@ -1,8 +1,8 @@
 """Residuals of a fitted model, and groups of them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import xarray as xr
@@ -16,7 +16,7 @@ from ...inference.output_residuals import Chosen, Residuals, levels_of, output_r
 LINES_OF_BAND = 5
 """Fewest lines of a frequency band, where there are more bands than one."""
 
-Labels: TypeAlias = dict[str, Any]
+Labels: TypeAlias = Mapping[str, Sequence[object] | np.ndarray]
 
 _NEEDED = ("posterior", "prior", "posterior_predictive", "observed_data")
 

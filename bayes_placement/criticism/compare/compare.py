@@ -9,6 +9,7 @@ import arviz_stats
 import numpy as np
 import pandas as pd
 import xarray as xr
+from arviz_stats.utils import ELPDData
 
 from ..._shared.arguments import arguments_checked, check_kind
 from ..._shared.errors import InputError
@@ -288,11 +289,11 @@ def _row(result: xr.DataTree, jacobian: xr.DataArray) -> tuple[Row, np.ndarray]:
         return row | dict.fromkeys(missing, np.nan), np.full(1, np.nan)
     shape = loo.pareto_k.values
     row |= {"elpd_loo": float(loo.elpd), "elpd_loo_error": float(loo.se), "p_loo": float(loo.p)}
-    row |= {"pareto_k": shape.max(), "pareto_k_bad": np.mean(shape > GOOD_PARETO_K)}
+    row |= {"pareto_k": shape.max(), "pareto_k_bad": float(np.mean(shape > GOOD_PARETO_K))}
     return row, loo.elpd_i.values
 
 
-def _loo(result: xr.DataTree, jacobian: xr.DataArray) -> Any:
+def _loo(result: xr.DataTree, jacobian: xr.DataArray) -> ELPDData | None:
     """PSIS-LOO of one model; None without a likelihood of each datum or with too few draws."""
     if "log_likelihood" not in result:
         return None

@@ -1,7 +1,7 @@
 """Where sensors, actuators and effects were recorded, and where they are inferred to be."""
 
 from collections.abc import Mapping
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -23,7 +23,7 @@ DRAWS = 400
 """Draws of a position that are kept."""
 
 AXES = (1, 2, 3)
-Row: TypeAlias = dict[str, Any]
+Row: TypeAlias = dict[str, str | np.ndarray]
 
 
 def places(
@@ -72,19 +72,19 @@ def _row(
 ) -> Row:
     """Record and draws of one instrument."""
     (prior, _), (posterior, directions) = (_drawn(experiment, kind, transducer, d) for d in draws)
-    recorded = unit_vector(transducer.directions[0])
-    row = {
+    recorded = np.asarray(unit_vector(transducer.directions[0]), float)
+    row: Row = {
         "name": transducer.name,
         "kind": kind,
         "recorded": _three(np.asarray(transducer.recorded, float)),
         "prior": prior,
         "posterior": posterior,
         "tilt": np.full(DRAWS, np.nan),
-        "direction_recorded": np.asarray(recorded, float),
+        "direction_recorded": recorded,
         "direction": np.full(3, np.nan),
     }
     if transducer.angles is not None:
-        cosine = np.clip(directions @ row["direction_recorded"], -1.0, 1.0)
+        cosine = np.clip(directions @ recorded, -1.0, 1.0)
         row["tilt"] = np.degrees(np.arccos(cosine))
         mean = directions.mean(axis=0)
         row["direction"] = mean / np.linalg.norm(mean)

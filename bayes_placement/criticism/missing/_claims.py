@@ -107,7 +107,7 @@ def _direction(effect: Effect) -> list[float] | None:
     """Direction in which it acts; None for every one in which the structure moves."""
     direction = effect.direction if isinstance(effect, AtPlace) else None
     is_known = direction is not None and not any(map(is_unknown, direction))
-    return [float(part) for part in direction] if is_known and direction else None
+    return np.array(direction, float).tolist() if is_known and direction else None
 
 
 def _law(name: str, hypothesis: Hypothesis) -> Law | None:

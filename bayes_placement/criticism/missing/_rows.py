@@ -1,7 +1,6 @@
 """What is decided by of a fitted hypothesis: its row of numbers."""
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
@@ -20,7 +19,7 @@ from .table import Box, Row
 
 def row_of(hypothesis: Hypothesis, log_prior: float = 0.0) -> Row:
     """Return what the fit alone says."""
-    return Row(
+    row = Row(
         kinds=hypothesis.kinds,
         variants=hypothesis.variants,
         log_evidence=hypothesis.log_evidence,
@@ -34,18 +33,14 @@ def row_of(hypothesis: Hypothesis, log_prior: float = 0.0) -> Row:
         states=1 if hypothesis.problem.baseline is None else 2,
         on_structure=any(not isinstance(each, InstrumentEffect) for each in hypothesis.effects),
         chi2_when_exact=float(hypothesis.chi2_when_exact),
-        **_of_unknown_noise(hypothesis),
     )
-
-
-def _of_unknown_noise(hypothesis: Hypothesis) -> dict[str, Any]:
     if hypothesis.is_noise_known:
-        return {}
-    return {
-        "neumann": neumann_of(hypothesis),
-        "outliers": hypothesis.with_outliers.outliers,
-        "gain_with_outliers": gain_with_outliers(hypothesis),
-    }
+        return row
+    return row._replace(
+        neumann=neumann_of(hypothesis),
+        outliers=hypothesis.with_outliers.outliers,
+        gain_with_outliers=gain_with_outliers(hypothesis),
+    )
 
 
 def places_of(hypothesis: Hypothesis) -> Iterator[tuple[str, Box]]:

@@ -52,7 +52,7 @@ def _worst(
     count: BySensor,
     sensors: Sequence[str],
     band: Int[np.ndarray, "frequency"],
-    names: Sequence[str],
+    names: Sequence[object] | np.ndarray,
 ) -> list[str]:
     """The worst sensor, and its worst band, where there are several."""
     sensor = int(np.argmax(_excess(squares.sum(axis=1), count.sum(axis=1))))

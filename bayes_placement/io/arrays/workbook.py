@@ -6,12 +6,15 @@ import re
 import warnings
 import zipfile
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ..._shared.errors import InputError
 from .._gate import check_limit, existing, reading
 from .named_arrays import NamedArrays
 from .text import is_number, of_rows
+
+if TYPE_CHECKING:
+    from openpyxl.worksheet._read_only import ReadOnlyWorksheet
 
 FORM = "a workbook"
 _REMEDY = "Save it again as .xlsx, with numbers and texts only."
@@ -65,7 +68,7 @@ def read_sheets(path: Path) -> dict[str, list[list[str]]]:
             book.close()
 
 
-def _rows(sheet: Any) -> list[list[str]]:
+def _rows(sheet: "ReadOnlyWorksheet") -> list[list[str]]:
     sheet.reset_dimensions()  # which a file may state wrongly
     rows, count = [], 0
     for number, row in enumerate(sheet.iter_rows(values_only=True), start=1):

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
@@ -17,6 +17,7 @@ from . import _eigenmodes as eigenmodes
 from . import _matrix_checks as checks
 from . import _static_flexibility as direct
 from ._affine import Affine
+from ._matrix_checks import Sparse
 from ._reduced_basis import ReducedBasis, reduced_basis
 from ._static_flexibility import (
     StaticFlexibility,
@@ -25,9 +26,6 @@ from ._static_flexibility import (
     static_flexibility,
 )
 from ._symmetric_factor import nested_dissection
-
-Sparse = Any
-"""A SciPy sparse matrix or array of any format, or a dense array."""
 
 
 class Release(NamedTuple):

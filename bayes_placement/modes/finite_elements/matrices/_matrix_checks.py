@@ -16,6 +16,8 @@ from ..modal_model import DIRECTIONS
 from ._affine import Affine
 
 Dof = Int[np.ndarray, "dof 2"]
+Sparse = Any
+"""A SciPy sparse matrix or array of any format, or a dense array."""
 
 SMALL = 300
 """Rows up to which eigenvalues are computed densely."""
@@ -24,7 +26,7 @@ SYMMETRY = 1e-8
 """Share of the geometric mean of two diagonal entries that may be lost to rounding."""
 
 
-def sparse(name: str, matrix: Any, size: int) -> csc_array:
+def sparse(name: str, matrix: Sparse, size: int) -> csc_array:
     """Sparse matrix of finite numbers over all degrees of freedom."""
     if not issparse(matrix):
         check_annotated(name, matrix, ArrayLike)
