@@ -1,14 +1,14 @@
 """Words for the place, the direction and the channel that an effect acts on."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from .._shared.sites import is_unknown
+from ..positions.at import At
 from ..positions.bounds import Bounds, in_space
 from ..positions.channel import Channel
-from ..positions.places import Cartesian, OnMember
+from ..positions.places import Cartesian, OnMember, Place
 from ..positions.tolerances import Tolerance
 from ..positions.vectors import Vector
 from .instruments import Number
@@ -35,7 +35,7 @@ def along(direction: Sequence[object] | np.ndarray | None) -> str:
     return f"along {_triple(vector)}"
 
 
-def place(at: Any, bounds: Bounds) -> str:
+def place(at: At, bounds: Bounds) -> str:
     """What is known of a place before any data: its piece of the structure, or where it is."""
     if isinstance(at, Tolerance) or is_unknown(at):
         return ""
@@ -43,7 +43,7 @@ def place(at: Any, bounds: Bounds) -> str:
         return _known_coordinates(at, bounds)
     if isinstance(at, OnMember):
         return f"on the member from {_triple(at.start)} m along {_triple(at.direction)}"
-    return "" if in_space(bounds) else f"at {float(at):.4g} m"
+    return "" if in_space(bounds) or isinstance(at, Place) else f"at {np.asarray(at, float):.4g} m"
 
 
 def _known_coordinates(at: Cartesian, bounds: Bounds) -> str:

@@ -1,7 +1,7 @@
 """Numbers and priors of an experiment: finite, possible, and with a density."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
@@ -20,7 +20,6 @@ from numpyro.distributions.transforms import AffineTransform
 
 from .._shared.arguments import shown
 from .._shared.compiled import compiled
-from .._shared.dimensions import Parameter
 from .._shared.errors import InputError
 from .._shared.ranges import ALIKE, POSITIVE, Range, described, is_plain, reach
 from .._shared.sites import Leaf, Unknown, is_unknown, leaves_with_unit, substitute, unknowns
@@ -43,7 +42,7 @@ def check_values(tree: object) -> None:
             _check_number(leaf, value)
 
 
-def fixed(tree: "Experiment", values: Mapping[str, Parameter]) -> "Experiment":
+def fixed(tree: "Experiment", values: Mapping[str, Any]) -> "Experiment":
     """Put values in the place of distributions of an experiment, by name."""
     substituted = substitute(tree, values)
     for unknown in unknowns(tree):
