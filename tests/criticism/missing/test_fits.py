@@ -18,7 +18,7 @@ from bayes_placement.criticism.missing._held_out import (
     held_out,
     scores,
 )
-from bayes_placement.criticism.missing._hypotheses import null_hypothesis
+from bayes_placement.criticism.missing._hypotheses import null_hypothesis, with_errors
 from bayes_placement.inference.batches import BATCH
 from bayes_placement.inference.residuals import Problem
 from bayes_placement.inference.residuals_of_state import State
@@ -55,6 +55,14 @@ def test_slopes_are_those_of_autodiff(null):
     exact = jax.jit(jax.jacfwd(lambda z: traced(z[None], False)[0][0]))(jnp.asarray(point))
     slopes = null.problem.squares.jacobian(point[None]).slopes[0]
     np.testing.assert_allclose(slopes, exact.T, atol=1e-4 * np.abs(exact).max())
+
+
+def test_a_fit_with_model_error_begins_at_the_exact_one_too(null):
+    """Descents along logarithmic residuals may have ended elsewhere."""
+    rival = bp.model_error.Embedded(pieces=4, modes=2)
+    errors = null.problem.experiment.with_model_error(rival).model_error
+    astray = dataclasses.replace(null, near=np.full_like(null.near[:1], 6.0))
+    assert with_errors(astray, errors).chi2_per_datum < 1.2
 
 
 def test_an_unknown_noise_level_is_fitted_too():
