@@ -1,19 +1,14 @@
 """Mistaken records: those far more like responses of the structure once a mistake is undone."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from functools import partial
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
-import equinox as eqx
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 from scipy.special import logsumexp
 
-from ...positions.bounds import in_space
 from ...positions.channel import Channel
-from ...positions.places import AtNode, Cartesian, coordinates
-from ...positions.vectors import triple
 from .._noise_level import FEWEST_LINES
 from ..observe import LogAmplitude
 from ..quantities import quantity_of
@@ -21,13 +16,13 @@ from .mistakes import (
     AS_GIVEN,
     Mistake,
     Records,
-    from_other_end,
     like_nothing,
     log_likelihoods,
     mistakes,
     swapped,
 )
-from .record import PLACE_PRECISION, Fault, Pair, Record, prior_responses
+from .other_ends import other_ends
+from .record import Fault, Pair, Record, prior_responses
 
 if TYPE_CHECKING:
     from ..experiment import Experiment
@@ -223,58 +218,21 @@ def _of_other_ends(record: Record, compared: _Compared) -> Iterator[_Hypothesis]
     Responses from there must be half as far from the record: from either end of a structure that
     is nearly symmetric, errors of its model decide, which all records have in common.
     """
-    nominal = record.prior_models[0]
-    low, high = map(np.atleast_1d, nominal.structure.modes.bounds())
+    nominal, *_ = models = record.prior_models
     as_nominal = compared._replace(responses={1.0: compared.responses[1.0][:1]}).apart()
-    for axis in np.flatnonzero(low < high).tolist() if _can_be_turned(nominal) else ():
-        name, ends = "xyz"[axis] if low.size > 1 else "", (float(low[axis]), float(high[axis]))
-        for sides in (("sensor",), ("actuator",), ("sensor", "actuator")):
-            turned = partial(_turned, sides=sides, axis=axis, total=sum(ends))
-            one = turned(nominal)
-            if not (
-                _can_be_turned(one) and _of_models(record, compared, [one]).apart() < as_nominal
-            ):
-                continue
-            there = _of_models(record, compared, map(turned, record.prior_models))
+    for end in other_ends(nominal):
+        # Responses at all draws take long.
+        if _of_models(record, compared, [end.of(nominal)]).apart() < as_nominal:
+            there = _of_models(record, compared, map(end.of, models))
             if there.apart() < MOST * compared.apart():
                 pairs, likelihood = np.ones(len(there.places), bool), there.log_likelihood(AS_GIVEN)
-                yield _Hypothesis(from_other_end(sides, name, ends), pairs, likelihood)
+                yield _Hypothesis(end.mistake(nominal), pairs, likelihood)
 
 
 def _of_models(record: Record, compared: _Compared, models: "Iterable[Experiment]") -> _Compared:
     """The same beside responses of other models."""
     nominal, draws = prior_responses(record, compared.frequency, models)
     return compared._replace(responses={1.0: _without_zeros(np.stack([nominal, *draws]))})
-
-
-def _turned(model: "Experiment", sides: Sequence[str], axis: int, total: float) -> "Experiment":
-    """A model of which the places of some sides, numbers, are measured from the other end."""
-    for side in sides:
-        for name, transducer in getattr(model, side).items():
-            place = np.array(coordinates(transducer.position), ndmin=1)
-            place[axis] = total - place[axis]
-            at = Cartesian(*place) if place.size > 1 else place[0]
-            model = eqx.tree_at(partial(_place, side=side, name=name), model, at)
-    return model
-
-
-def _place(model: "Experiment", side: str, name: str) -> object:
-    return getattr(model, side)[name].position
-
-
-def _can_be_turned(model: "Experiment") -> bool:
-    """Whether all transducers lie on the structure, where shapes are known between nodes."""
-    modes = model.structure.modes
-    places = [each.position for each in (*model.sensor.values(), *model.actuator.values())]
-    if not in_space(modes.bounds()):
-        return True
-    frames = [piece.frame() for piece in modes.anywhere()]
-    margin = PLACE_PRECISION * float(np.max(np.subtract(*modes.bounds()[::-1])))
-    return not any(isinstance(place, AtNode) for place in places) and all(
-        min((frame.distance(triple(coordinates(place))) for frame in frames), default=np.inf)
-        <= margin
-        for place in places
-    )
 
 
 def _evidence(likelihood: Likelihoods) -> float:
