@@ -315,7 +315,7 @@ in_groups = pytest.mark.parametrize(
     "names",
     [
         pytest.param(names, marks=marks)
-        for names, marks in zip(GROUPS, [[], [], LONG, LONG, LONGEST], strict=True)
+        for names, marks in zip(GROUPS, [[], [], LONG, LONGEST, LONGEST], strict=True)
     ],
     ids=" ".join,
 )

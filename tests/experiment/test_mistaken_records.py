@@ -296,7 +296,8 @@ def test_each_mistake_of_every_open_case_is_named(name, words):
 def unlisted():
     """Cases with effects of no library, most of them long, as finite elements are."""
     for number, path in enumerate(sorted(DATA.glob("unlisted/n*"))):
-        yield pytest.param(path.name, marks=[pytest.mark.long] if number > 3 else [])
+        marks = [pytest.mark.long] * (number > 3) + [pytest.mark.longest] * (number > 7)
+        yield pytest.param(path.name, marks=marks)
 
 
 @needs_cases

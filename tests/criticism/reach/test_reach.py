@@ -88,7 +88,7 @@ def rubber(omega):
 
 
 SPREAD = [
-    (mount, "region", ["-", "c", "k"]),
+    pytest.param(mount, "region", ["-", "c", "k"], marks=pytest.mark.longest),
     pytest.param(rubber, "structure", "p", marks=pytest.mark.longest),
 ]
 
