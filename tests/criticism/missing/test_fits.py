@@ -12,6 +12,8 @@ from scipy.optimize import minimize
 from scipy.stats import multivariate_normal
 
 import bayes_placement as bp
+from bayes_placement.criticism.kept_fits import kept_with_sizes
+from bayes_placement.criticism.missing import _hypotheses
 from bayes_placement.criticism.missing._held_out import (
     _blocks,
     _evidence_ratio,
@@ -57,12 +59,20 @@ def test_slopes_are_those_of_autodiff(null):
     np.testing.assert_allclose(slopes, exact.T, atol=1e-4 * np.abs(exact).max())
 
 
-def test_a_fit_with_model_error_begins_at_the_exact_one_too(null):
+def test_a_fit_with_model_error_begins_at_the_exact_one_too(null, monkeypatch):
     """Descents along logarithmic residuals may have ended elsewhere."""
+    begun = []
+
+    def seen(problem, starts, *settings):
+        begun.extend(starts[:, : null.problem.dimension])
+        return kept_with_sizes(problem, starts, *settings)
+
+    monkeypatch.setattr(_hypotheses, "kept_with_sizes", seen)
     rival = bp.model_error.Embedded(pieces=4, modes=2)
     errors = null.problem.experiment.with_model_error(rival).model_error
     astray = dataclasses.replace(null, near=np.full_like(null.near[:1], 6.0))
     assert with_errors(astray, errors).chi2_per_datum < 1.2
+    np.testing.assert_array_equal(begun, [astray.near[0], null.fit.point])
 
 
 def test_an_unknown_noise_level_is_fitted_too():
