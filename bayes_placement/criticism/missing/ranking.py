@@ -25,7 +25,7 @@ from ._verdict_in_words import (
     what_is_known,
 )
 from ._weighed import NONE, NOTHING
-from .decide import is_unexplained
+from .decide import is_missing, is_unexplained
 from .fitted_model import FittedModel, number_or_blank
 from .ledger import confounded_sentence, misfit_columns
 from .table import AS_STATED, TableOfFits
@@ -171,6 +171,9 @@ class Ranking:
         falls = fall(self._as_given, best)
         if best.kind and best.kind in self.claimed and (best.model_error or best.noise_needed):
             left = f" {LEFT}" if self._is_misfit_left(likely, best) else ""
+            if best.model_error and not self._is_missing(best):
+                only = f"{best.in_words(best.kind)}{self._but(best)} reduces the misfit"
+                return f"{exact_fails(self._as_given)} {only}; {falls}.{left}"
             better = better_than_errors(best, "larger error")
             return f"{best.claim(best.kind)}{self._but(best)}{better}; {falls}.{left}"
         if likely not in (NOTHING, NONE) and share >= AS_STATED.doubted:
@@ -185,6 +188,11 @@ class Ranking:
         if likely == NOTHING and share >= AS_STATED.doubted:
             return f"Nothing is missing, with probability {share:.3g}."
         return f"No effect is clearly missing.{also}"
+
+    def _is_missing(self, best: FittedModel) -> bool:
+        """Whether the best effect is more than the best of several, as of a ledger."""
+        fit = bool(best.model_error), best.noise_needed is None, best.p_value < AS_STATED.level
+        return is_missing(*fit, self.probabilities[best.kind], AS_STATED)
 
     def _but(self, best: FittedModel, odds: str = "") -> str:
         """Probability of an effect, and what makes it doubtful, in brackets."""

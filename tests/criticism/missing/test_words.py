@@ -241,3 +241,18 @@ def test_errors_of_one_kind_alone_become_a_part_of_the_model(delays):
     assert "recorded (sensor s1 +8 %): " in _sizes(step, gain=0.05)
     both = _sizes(step, damping=0.4, shape=0.02)
     assert both.endswith("damping by 40 %, mode shapes by 2 %, hardly in anything else.")
+
+
+@pytest.mark.parametrize(("p_value", "is_told"), [(0.0, False), (0.5, True)])
+def test_explain_says_no_more_than_improve_where_the_check_fails_beside_a_model_error(
+    p_value, is_told
+):
+    setup = experiment()
+    kinds = effects.library(setup, ["point_mass"])
+    ranking = bp.explain(setup, measured(MASS), candidates=kinds, model_error=None)
+    sizes = {"shape": ParameterEstimate(0.3, 0.0, 0.0, 1.0, "1")}
+    best, *others = ranking.steps
+    steps = (dataclasses.replace(best, model_error=sizes, p_value=p_value), *others)
+    said = dataclasses.replace(ranking, steps=steps).words()[0]
+    assert said.startswith("Missing is point_mass") == is_told
+    assert ("The exact model fails" in said and "reduces the misfit; " in said) != is_told
