@@ -927,6 +927,10 @@ def calls_of_effects():
             {"at": at, "stiffness": number(1e9)},
         ),
         "residual_modes": (added, {"flexibility": number(1e-6)}),
+        "further_mode": (
+            added,
+            {"residue": number(0.2), "frequency": positive(300.0), "damping_ratio": ratio},
+        ),
         "stinger": (
             added,
             {"stiffness": number(1e4), "frequency": positive(300.0), "damping_ratio": ratio},

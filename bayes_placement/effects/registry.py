@@ -16,6 +16,7 @@ from .member_preload import MemberPreload as member_preload
 from .shear_and_rotary_inertia import ShearAndRotaryInertia as shear_and_rotary_inertia
 from .cubic_stiffness import CubicStiffness as cubic_stiffness
 from .residual_modes import ResidualModes as residual_modes
+from .further_mode import FurtherMode as further_mode
 from .transducer_mass import SensorMass as sensor_mass
 from .transducer_mass import ActuatorMass as actuator_mass
 from .stinger import Stinger as stinger

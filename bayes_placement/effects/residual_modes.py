@@ -36,15 +36,7 @@ class ResidualModes(InstrumentEffect):
 
     def numbered(self, instruments: Instruments) -> "ResidualModes":
         """Return the effect as it is."""
-        value = self.flexibility
-        shape = tuple(value.shape()) if is_unknown(value) else np.shape(value)
-        needed = tuple(len(instruments.channels(side)) for side in ("sensor", "actuator"))
-        if shape not in ((), needed):
-            raise InputError(
-                f'Effect "{self.name}": flexibility of shape {shape} was given; one number or the '
-                f"shape {needed} is needed, since each pair of a sensor and an actuator channel "
-                f"has its own: flexibility=np.full({needed}, 1e-8)."
-            )
+        check_one_each(self.name, "flexibility", self.flexibility, instruments)
         return self
 
     def added(self, omega: Omega) -> Float[Array, "#sensor #actuator #frequency"]:
@@ -57,3 +49,15 @@ class ResidualModes(InstrumentEffect):
         shape = tuple(len(scales.instruments.channels(side)) for side in ("sensor", "actuator"))
         width = 0.1 / scales.stiffness
         return [cls(Normal(np.zeros(shape), width).to_event(2))]
+
+
+def check_one_each(name: str, word: str, value: Parameter, instruments: Instruments) -> None:
+    """Refuse a field that is neither one number nor one for each pair of channels."""
+    shape = tuple(value.shape()) if is_unknown(value) else np.shape(value)
+    needed = tuple(len(instruments.channels(side)) for side in ("sensor", "actuator"))
+    if shape not in ((), needed):
+        raise InputError(
+            f'Effect "{name}": {word} of shape {shape} was given; one number or the shape {needed} '
+            "is needed, since each pair of a sensor and an actuator channel has its own: "
+            f"{word}=np.full({needed}, 1e-8)."
+        )

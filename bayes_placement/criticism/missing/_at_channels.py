@@ -4,6 +4,7 @@ So that what a scan costs is the same whatever the number of channels. All trans
 there, so that one compiled function serves all.
 """
 
+import math
 from collections import OrderedDict
 from collections.abc import Collection
 from dataclasses import dataclass, replace
@@ -11,6 +12,7 @@ from dataclasses import dataclass, replace
 import equinox as eqx
 import jax
 import numpy as np
+from jaxtyping import Float
 
 from ...effects.effect import Effect
 from ...effects.instrument_effect import Alone, InstrumentEffect
@@ -50,6 +52,30 @@ class EffectAtData:
         residual, _ = self.evaluated.squares.residuals(self.points(own), True)
         residual *= self.weight
         return residual
+
+    def with_solved(self, own: np.ndarray, name: str) -> np.ndarray:
+        """Coordinates of the effect with the strengths at which each pair of channels fits best.
+
+        The unknown has one for each pair, in which FRFs of that pair are linear.
+        """
+        place = self.problem.coordinates.places[name]
+        chosen = np.isin(self.columns, np.arange(place.start, place.stop))
+        without, with_one = (
+            self._of_pairs(np.where(chosen, strength, own)) for strength in (0.0, 1.0)
+        )
+        change = with_one - without
+        pull, squares = (np.sum(change * each, axis=(-2, -1)) for each in (without, change))
+        solved = own.copy()
+        solved[:, chosen] = (-pull / (1 + squares)).reshape(len(own), -1)
+        return solved
+
+    def _of_pairs(self, own: np.ndarray) -> Float[np.ndarray, "point sensor actuator part line"]:
+        """Residuals of the last state at coordinates of the effect."""
+        evaluated = self.evaluated
+        problem = evaluated if isinstance(evaluated, Problem) else evaluated.problem
+        shape = np.shape(problem.data.z)
+        residual, _ = evaluated.squares.residuals(self.points(own))
+        return residual[:, : math.prod(shape)].reshape(-1, *shape)
 
 
 def own_columns(effect: Effect, problem: Problem) -> np.ndarray:

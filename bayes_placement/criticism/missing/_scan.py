@@ -52,23 +52,26 @@ ANY_SCAN = Scan(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0))
 """Its structure alone matters."""
 
 
-def scan(part: EffectAtData, counts: dict[str, int], most: int, linear: Linear) -> Scan:
+def scan(
+    part: EffectAtData, counts: dict[str, int], most: int, linear: Linear, solved: str | None = None
+) -> Scan:
     """Scan an effect through the prior of its own unknowns.
 
     `part` is the effect at the lines of scans, `counts` the number of points along each of its
-    unknowns. All other unknowns are refitted along the slopes of the logarithmic residuals without
-    it.
+    unknowns, `solved` the name of the one that is solved for at each point of the others, if any.
+    All other unknowns are refitted along the slopes of the logarithmic residuals without it.
     """
     grid = _grid(part.problem, counts, most)
     parts = (grid[begin : begin + TOGETHER] for begin in range(0, len(grid), TOGETHER))
-    best = _scanned(part, next(parts), linear)
+    best = _scanned(part, next(parts), linear, solved)
     for points in parts:
-        best = best.joined(_scanned(part, points, linear)).best(KEPT)
+        best = best.joined(_scanned(part, points, linear, solved)).best(KEPT)
     return best
 
 
-def _scanned(part: EffectAtData, own: np.ndarray, linear: Linear) -> Scan:
+def _scanned(part: EffectAtData, own: np.ndarray, linear: Linear, solved: str | None) -> Scan:
     """The best of some points."""
+    own = own if solved is None else part.with_solved(own, solved)
     residual = part.logarithmic(own)
     cost = linear.cost(residual, part.data)
     data = np.zeros(0, dtype=int) if isinstance(part.data, slice) else part.data

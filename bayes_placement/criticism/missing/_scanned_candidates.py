@@ -1,14 +1,15 @@
 """One more effect on a hypothesis: scanned through its prior, then fitted from its best places."""
 
+import dataclasses
 import functools
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
-from ...effects.effect import Effect
+from ...effects.effect import OF_CHANNELS, Effect
 from ...effects.instrument_effect import InstrumentEffect
 from ...effects.library import kind_of
 from ...experiment.experiment import Experiment
@@ -39,7 +40,7 @@ PLACES_WITH_ERRORS = 4
 Tick = Callable[[], None]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False)
 class ScannedCandidate:
     """One more effect on a hypothesis, scanned through its prior but not yet fitted.
 
@@ -125,7 +126,7 @@ def scanned(
         tick()
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class _Scanning:
     """An effect on a hypothesis, to be scanned at a greatest number of points."""
 
@@ -154,7 +155,8 @@ class _Scanning:
     def _scan(self) -> Scan:
         problem = self._part.problem
         counts = _counts(self.effect, fields_of(self.effect, problem), problem)
-        return scan(self._part, counts, self.most, linear_logarithmic(self.base))
+        solved = _solved(self.effect, problem)
+        return scan(self._part, counts, self.most, linear_logarithmic(self.base), solved)
 
 
 @functools.lru_cache(maxsize=4)
@@ -237,6 +239,10 @@ def _counts(effect: Effect, fields: dict[str, str], problem: Problem) -> dict[st
     sized = {name: problem.coordinates.places[name] for name in fields}
     coordinates = sum(word in effect.place_fields for word in fields.values())
 
+    solved = _solved(effect, problem)
+    if solved is not None:
+        return _fine(solved, fields)
+
     def count(name: str) -> int:
         if sized[name].stop - sized[name].start > 1:
             return 1
@@ -247,3 +253,21 @@ def _counts(effect: Effect, fields: dict[str, str], problem: Problem) -> dict[st
         return SETTINGS if coordinates else MORE_SETTINGS
 
     return {name: count(name) for name in fields}
+
+
+def _solved(effect: Effect, problem: Problem) -> str | None:
+    """Name of the unknown strengths of an effect, one for each pair of channels; None without."""
+    fields = dataclasses.fields(effect)
+    of_channels = {field.name for field in fields if field.metadata.get(OF_CHANNELS)}
+    places, pairs = problem.coordinates.places, math.prod(np.shape(problem.data.z)[:2])
+    for name, word in fields_of(effect, problem).items():
+        if word in of_channels and places[name].stop - places[name].start == pairs:
+            return name
+    return None
+
+
+def _fine(solved: str, fields: dict[str, str]) -> dict[str, int]:
+    """Numbers of points where strengths are solved for: the more along the first setting."""
+    first, *further = [name for name in fields if name != solved] or [solved]
+    finest = MOST // SETTINGS ** len(further) if first != solved else 1
+    return {solved: 1, first: finest, **dict.fromkeys(further, SETTINGS)}

@@ -1,0 +1,57 @@
+"""A mode that the model cannot have: its closed form, and finding it in what was measured."""
+
+import numpy as np
+import pytest
+
+import bayes_placement as bp
+from bayes_placement import effects
+from bayes_placement.criticism.missing._hypotheses import null_hypothesis
+from bayes_placement.criticism.missing._scanned_candidates import scanned
+from tests.criticism.small import LINES, MASS, TRUTH, experiment, measured
+
+INERTIA, STIFFNESS, VISCOSITY = 3.6e-3, 2.88e4, 0.36
+OFFSETS, FORCED = np.array([0.012, -0.017]), 0.02
+NATURAL = np.sqrt(STIFFNESS / INERTIA)
+TWIST = effects.further_mode(
+    OFFSETS[:, None] * FORCED / INERTIA,
+    frequency=NATURAL / (2 * np.pi),
+    damping_ratio=VISCOSITY / (2 * INERTIA * NATURAL),
+)
+"""A bar that also turns about its axis on a spring, read and driven beside the axis [m]."""
+
+
+def test_a_body_that_turns_as_well_adds_what_sensors_beside_its_axis_see():
+    true = experiment().fix(TRUTH)
+    omega = 2 * np.pi * LINES
+    turning = FORCED / (STIFFNESS - INERTIA * omega**2 + 1j * VISCOSITY * omega)
+    expected = -(omega**2) * OFFSETS[:, None, None] * turning
+    added = (true + TWIST).nominal_measurement().frf - true.nominal_measurement().frf
+    np.testing.assert_allclose(added, expected, rtol=1e-9)
+
+
+def test_its_scan_solves_for_the_residues_within_the_width_of_its_resonance():
+    setup = experiment().fix(TRUTH)
+    measurement = measured(TWIST, seed=2)
+    null = null_hypothesis(setup, setup.data(measurement))
+    (candidate,) = effects.library(setup, ["further_mode"]).effects
+    (found,) = scanned([(null, candidate)], lambda: None)
+    point = np.zeros((1, found.problem.dimension))
+    point[0] = found.best_places(1)[0]
+    values = found.problem.coordinates.named(point)
+    of = {name.rpartition(".")[2]: np.squeeze(value) for name, value in values.items()}
+    assert of["frequency"] == pytest.approx(TWIST.frequency, rel=TWIST.damping_ratio)
+    np.testing.assert_allclose(of["residue"], TWIST.residue.ravel(), rtol=0.3)
+
+
+@pytest.mark.parametrize("beside", [(), (MASS,)])
+def test_it_is_named_alone_and_beside_a_mass(beside):
+    measurement = measured(TWIST, *beside, seed=3)
+    candidates = effects.library(
+        experiment(), ["point_mass", "ground_spring", "gain_error", "further_mode"]
+    )
+    ledger = bp.improve(experiment(), measurement, candidates=candidates)
+    assert sorted(ledger.verdict) == sorted(["further_mode", *(each.name for each in beside)])
+    estimates = ledger.steps[-1].estimates_of("further_mode")
+    assert estimates["frequency"].low < TWIST.frequency < estimates["frequency"].high
+    assert "residue at s1" in str(ledger) and "residue" not in ledger.sentence()
+    assert "torsion" in ledger.sentence()
