@@ -36,7 +36,7 @@ class DampingLayer(AtPlace, OnPorts):
     0.2
     """
 
-    tried_last = True
+    tried_last = takes_long = True
     absent = ("loss_factor", 0.0)
     acts_on = "region"
     extent: Parameter = field(metadata=unit("m", within=POSITIVE))

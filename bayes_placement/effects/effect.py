@@ -75,7 +75,9 @@ class Effect(eqx.Module):
     tried_by_default
         Whether a library in which no kinds are named has it; by its name it is in any.
     tried_last
-        Whether it is tried only where no other effect explains the data, as it takes long.
+        Whether it is tried only where no other effect explains the data.
+    takes_long
+        Whether it takes long to evaluate, as it acts at many ports.
     in_every_structure
         Whether all structures on which it can be tried have it, be it too little to show.
     may_repeat
@@ -100,6 +102,7 @@ class Effect(eqx.Module):
     acts_on: ClassVar[str] = "structure"
     tried_by_default: ClassVar[bool] = True
     tried_last: ClassVar[bool] = False
+    takes_long: ClassVar[bool] = False
     in_every_structure: ClassVar[bool] = False
     may_repeat: ClassVar[bool] = True
     may_be_new: ClassVar[bool] = True
@@ -327,8 +330,8 @@ class Hinged(StructureEffect):
 
 
 def take_long(effects: Iterable[Effect]) -> bool:
-    """Whether one of these takes long to evaluate, as it acts at many ports."""
-    return any(effect.tried_last for effect in effects)
+    """Whether one of these takes long to evaluate."""
+    return any(effect.takes_long for effect in effects)
 
 
 def at_each(

@@ -22,6 +22,7 @@ class OverExtent(NetworkAttachment):
     """Something attached all over an extent, each place of which bears its share."""
 
     tried_last: ClassVar[bool] = True
+    takes_long: ClassVar[bool] = True
     extent: eqx.AbstractVar[Extent]
 
     acts_on = "region"

@@ -181,7 +181,7 @@ def _pairs(comparison: Comparison, branches: Sequence[Hypothesis], most: int) ->
             is_further = len(set(variants) - set(branch.kinds)) < most and extension not in tried
             if not (kind in variants or is_further):
                 continue
-            if effect.tried_last and branch is not branches[0]:
+            if effect.takes_long and branch is not branches[0]:
                 continue
             if may_be_added(effect, candidate.problem, branch):
                 tried.add(extension)

@@ -102,7 +102,7 @@ def with_free_names(pairs: Sequence[Pair]) -> list[Pair]:
 def points_of_scans(effects: Iterable[Effect]) -> dict[str, int]:
     """Greatest number of points of a scan by kind: its variants share them, as their prior."""
     tried = list(effects)
-    long = {kind_of(effect) for effect in tried if effect.tried_last}
+    long = {kind_of(effect) for effect in tried if effect.takes_long}
     return {
         kind: LEAST if kind in long else max(MOST // count, LEAST)
         for kind, count in Counter(map(kind_of, tried)).items()
@@ -212,7 +212,7 @@ def _or_its_twin(found: Hypothesis, effect: Effect) -> Hypothesis:
 def _followed(effect: Effect, problem: Problem) -> int:
     """Number of places of a scan that are followed: more where it is coarse in many unknowns."""
     further = len(fields_of(effect, problem)) - FEW_UNKNOWNS
-    return FOLLOWED if effect.tried_last else FOLLOWED * 2 ** max(0, further)
+    return FOLLOWED if effect.takes_long else FOLLOWED * 2 ** max(0, further)
 
 
 def _weak_start(effect: Effect, problem: Problem, base: Hypothesis) -> np.ndarray:

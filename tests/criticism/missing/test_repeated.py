@@ -201,7 +201,7 @@ def test_lines_count_by_their_noise_where_further_effects_are_chosen(found):
 def test_what_takes_long_is_tried_beside_the_best_hypothesis_alone(found, monkeypatch):
     null, single = found.of(()), found.of(("point_mass",))
     (patch,) = effects.library(experiment(), ["segment_mass"]).effects
-    assert patch.tried_last
+    assert patch.takes_long
     candidate = Mock(effect=patch, problem=null.problem.with_effect(patch))
     pool = found._replace(hypotheses=[null, single], candidates=[candidate])
     monkeypatch.setattr(_more_effects, "_by_promise", lambda *_: [candidate])
