@@ -233,6 +233,16 @@ GROUPS = {
             lambda: bp.effects.inserted(0.25, bp.effects.Spring(2000.0) | bp.effects.Dashpot(1.5)),
             hidden="a spring beside a dashpot in a cut at 250 mm, `Spring(2000.0) | Dashpot(1.5)`",
         ),
+        "further_mode": Case(
+            "One peak too many, all others right",
+            "The structure moves as the model cannot: it twists since it is hit beside its axis, or what it "
+            "stands on has a mode of its own. Nothing attached to the model does that. The mode is told with "
+            "its frequency, its damping and how much of it each channel sees, whatever its shape.",
+            lambda: bp.effects.further_mode(
+                np.outer([0.35, -0.6, 0.9], [0.5, 0.8]), frequency=140.0, damping_ratio=0.012
+            ),
+            ("s3", "a2"),
+        ),
     },
     "Nothing is wrong": {
         "nothing_missing": Case(
