@@ -82,6 +82,8 @@ class Effect(eqx.Module):
         Whether all structures on which it can be tried have it, be it too little to show.
     may_repeat
         Whether several of the kind can be missing, at other places or about other sensors.
+    may_coincide
+        Whether these may even be at one place, as modes are.
     may_be_new
         Whether it can come between two states of a structure; else it was there before.
     if_negative
@@ -105,6 +107,7 @@ class Effect(eqx.Module):
     takes_long: ClassVar[bool] = False
     in_every_structure: ClassVar[bool] = False
     may_repeat: ClassVar[bool] = True
+    may_coincide: ClassVar[bool] = False
     may_be_new: ClassVar[bool] = True
     if_negative: ClassVar[str] = ""
     name: eqx.AbstractVar[str]

@@ -49,6 +49,7 @@ class FurtherMode(InstrumentEffect):
     changes_modes = False
     tried_last = True
     may_be_new = False
+    may_coincide = True
     absent = ("residue", 0.0)
     residue: Parameter = field(metadata=unit("1/kg") | {OF_CHANNELS: True})
     frequency: Parameter = field(metadata=unit("Hz", within=POSITIVE))
@@ -68,7 +69,7 @@ class FurtherMode(InstrumentEffect):
 
     def remark(self, estimates: Mapping[str, tuple[float, float]]) -> str:
         """Say what may have such a mode."""
-        return "as of torsion, of another plane, of a cover or of what the structure stands on"
+        return "as of torsion or of what it stands on"
 
     @classmethod
     def suggest(cls, scales: Scales) -> list["FurtherMode"]:

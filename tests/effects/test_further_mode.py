@@ -43,14 +43,19 @@ def test_its_scan_solves_for_the_residues_within_the_width_of_its_resonance():
     np.testing.assert_allclose(of["residue"], TWIST.residue.ravel(), rtol=0.3)
 
 
-@pytest.mark.parametrize("beside", [(), (MASS,)])
-def test_it_is_named_alone_and_beside_a_mass(beside):
+SECOND = effects.further_mode(
+    np.array([[-0.05], [0.03]]), frequency=610.0, damping_ratio=0.012, name="second"
+)
+
+
+@pytest.mark.parametrize("beside", [(), (MASS,), (SECOND,)])
+def test_it_is_named_alone_and_beside_a_mass_or_another(beside):
     measurement = measured(TWIST, *beside, seed=3)
     candidates = effects.library(
         experiment(), ["point_mass", "ground_spring", "gain_error", "further_mode"]
     )
     ledger = bp.improve(experiment(), measurement, candidates=candidates)
-    assert sorted(ledger.verdict) == sorted(["further_mode", *(each.name for each in beside)])
+    assert sorted(ledger.verdict) == sorted(["further_mode", *(each.kind for each in beside)])
     estimates = ledger.steps[-1].estimates_of("further_mode")
     assert estimates["frequency"].low < TWIST.frequency < estimates["frequency"].high
     assert "residue at s1" in str(ledger) and "residue" not in ledger.sentence()

@@ -64,7 +64,7 @@ class EffectAtData:
             self._of_pairs(np.where(chosen, strength, own)) for strength in (0.0, 1.0)
         )
         change = with_one - without
-        pull, squares = (np.sum(change * each, axis=(-2, -1)) for each in (without, change))
+        pull, squares = (np.einsum("...pl,...pl", change, each) for each in (without, change))
         solved = own.copy()
         solved[:, chosen] = (-pull / (1 + squares)).reshape(len(own), -1)
         return solved

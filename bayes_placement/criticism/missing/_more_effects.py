@@ -178,7 +178,10 @@ def _pairs(comparison: Comparison, branches: Sequence[Hypothesis], most: int) ->
         for candidate in _by_promise(branch, null, candidates):
             effect, kind = candidate.effect, kind_of(candidate.effect)
             extension = tuple(sorted((*branch.kinds, kind)))
-            is_further = len(set(variants) - set(branch.kinds)) < most and extension not in tried
+            is_among_best = len(set(variants) - set(branch.kinds)) < most
+            # A scan without the branch saw the first of several modes alone.
+            is_one_more = effect.may_coincide and kind in branch.kinds
+            is_further = (is_among_best or is_one_more) and extension not in tried
             if not (kind in variants or is_further):
                 continue
             if effect.takes_long and branch is not branches[0]:

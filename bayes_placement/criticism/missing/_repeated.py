@@ -31,7 +31,7 @@ def may_be_added(effect: Effect, problem: Problem, branch: Hypothesis) -> bool:
         return True
     if not effect.may_repeat:
         return False
-    if _may_be_anywhere(effect, problem.experiment):
+    if effect.may_coincide or _may_be_anywhere(effect, problem.experiment):
         return True
     others = [other for other in branch.effects if kind_of(other) == kind]
     settings = {_setting(other, branch.problem.experiment) for other in others}
