@@ -265,7 +265,7 @@ class Reach:
             else f"No single attachment of few numbers explains this: the best place removes "
             f"{few:.0%}{_by_any_law({'any_law': any_law})}."
         )
-        return [f"{found} Look at supports and dimensions."]
+        return [f"{found} Look at supports, dimensions and further modes."]
 
     def __repr__(self) -> str:
         return f"Reach: reduced chi-square {three_digits(self.chi2_per_datum)}; {self.words()[0]}"
