@@ -67,7 +67,7 @@ def from_other_end(sides: Sequence[str], axis: str, ends: tuple[float, float]) -
     along, place = (f" along {axis}", axis) if axis else ("", "place")
     return Mistake(
         f"like those at places of the {whose} that were measured from the other end{along}",
-        f"give {total} - {place} in the place of each {place} of the {whose} [m]",
+        f"state where the {whose} sat from the other end, each {place} as {total} - {place} [m]",
     )
 
 
