@@ -24,7 +24,7 @@ def in_si(
 ) -> SystemMatrices:
     """Turn matrices, `stiffness` and `mass` on the same rows, into SI and check them.
 
-    Units are what one of the file is in m and in kg; time is in s.
+    Units are what one of the file is in m and in kg; time is in s. An upper triangle is enough.
     """
     for name, unit in (("length_unit", length_unit), ("mass_unit", mass_unit)):
         if finite_number(name, unit, f"{name}=1e-3") <= 0:

@@ -12,9 +12,8 @@ import numpy as np
 import scipy.sparse
 from jaxtyping import Float
 
-from .._shared.errors import InputError
 from ._gate import most
-from ._npz_archive import MOST_ROWS
+from ._npz_archive import MOST_ROWS, no_sparse_matrix
 
 _LONGEST_HEAD = 100_000  # bytes of comments before the sizes
 _BANNER = "%%matrixmarket"
@@ -48,7 +47,7 @@ def _content(path: Path) -> bytes:
     with gzip.open(path) as file:
         content = file.read(most("bytes") + 1)
     if len(content) > most("bytes"):
-        raise _refused(path, f"it unpacks to more than {most('bytes')} bytes")
+        raise no_sparse_matrix(path, f"it unpacks to more than {most('bytes')} bytes")
     return content
 
 
@@ -58,25 +57,25 @@ def _head(path: Path, content: bytes) -> _Head:
     known = len(words) == 5 and words[:2] == [_BANNER, "matrix"]
     layout, kind, symmetry = words[2:] if known else ("", "", "")
     if layout not in ("coordinate", "array") or kind not in _NUMBERS:
-        raise _refused(path, f"it begins with {content[:30]!r}")
+        raise no_sparse_matrix(path, f"it begins with {content[:30]!r}")
     if symmetry not in _SYMMETRIES:
-        raise _refused(path, f"it is {symmetry}, and general or symmetric is needed")
+        raise no_sparse_matrix(path, f"it is {symmetry}, and general or symmetric is needed")
     place = len(first) + 1
     for line in lines:
         place += len(line) + 1
         if line.strip() and not line.lstrip().startswith(b"%"):
             sizes = _sizes(path, line, 3 if layout == "coordinate" else 2)
             return _Head(layout, _NUMBERS[kind], symmetry, sizes, place)
-    raise _refused(path, "it has no line of sizes")
+    raise no_sparse_matrix(path, "it has no line of sizes")
 
 
 def _sizes(path: Path, line: bytes, count: int) -> tuple[int, ...]:
     words = line.split()
     if len(words) != count or not all(word.isdigit() and len(word) < 19 for word in words):
-        raise _refused(path, f"the line of its sizes is {line[:40]!r}")
+        raise no_sparse_matrix(path, f"the line of its sizes is {line[:40]!r}")
     rows, columns, *_ = sizes = tuple(map(int, words))
     if not (1 <= rows <= MOST_ROWS and 1 <= columns <= MOST_ROWS):
-        raise _refused(path, f"its size is {rows} x {columns}")
+        raise no_sparse_matrix(path, f"its size is {rows} x {columns}")
     return sizes
 
 
@@ -86,12 +85,14 @@ def _table(path: Path, values: bytes, head: _Head) -> NumberTable:
     full = rows * columns if head.symmetry == "general" else rows * (rows + 1) // 2
     count = stored[0] if stored else full
     if not 0 < 2 * count <= len(values) + 1:  # a digit and the end of a line for each
-        raise _refused(path, f"it announces {count} values in {len(values)} bytes")
+        raise no_sparse_matrix(path, f"it announces {count} values in {len(values)} bytes")
     table = np.loadtxt(io.BytesIO(values), dtype=float, comments="%", ndmin=2, encoding="latin-1")
     width = head.numbers + (2 if head.layout == "coordinate" else 0)
     if table.shape != (count, width):
         size = " x ".join(map(str, table.shape))
-        raise _refused(path, f"it announces {count} lines of {width} numbers and holds {size}")
+        raise no_sparse_matrix(
+            path, f"it announces {count} lines of {width} numbers and holds {size}"
+        )
     return table
 
 
@@ -100,7 +101,7 @@ def _sparse(path: Path, table: NumberTable, head: _Head) -> scipy.sparse.sparray
     places = table[:, :2]
     integral = np.array_equal(places, np.round(places))
     if not (integral and np.all(places >= 1) and np.all(places <= (rows, columns))):
-        raise _refused(path, f"an index is none of 1 to {rows} and 1 to {columns}")
+        raise no_sparse_matrix(path, f"an index is none of 1 to {rows} and 1 to {columns}")
     row, column = places.T.astype(np.int64) - 1
     values = _values(table[:, 2:])
     if head.symmetry == "symmetric":
@@ -125,11 +126,3 @@ def _values(numbers: NumberTable) -> np.ndarray:
     if numbers.shape[1] == 0:
         return np.ones(len(numbers))
     return numbers[:, 0] if numbers.shape[1] == 1 else numbers[:, 0] + 1j * numbers[:, 1]
-
-
-def _refused(path: Path, reason: str) -> InputError:
-    return InputError(
-        f"{path} cannot be read as a sparse matrix ({reason}); a file that "
-        "scipy.sparse.save_npz (.npz) or scipy.io.mmwrite (.mtx, .mtx.gz) wrote is needed. "
-        "Write the matrix with one of these."
-    )

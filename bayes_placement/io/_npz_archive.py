@@ -75,8 +75,13 @@ def _fault(member: zipfile.ZipInfo) -> str:
     """Why a member is not read; empty where it is."""
     if not member.filename.endswith(".npy") or set("/\\") & set(member.filename):
         return "is no array (.npy)"
+    return fault_of_packing(member, "numpy does")
+
+
+def fault_of_packing(member: zipfile.ZipInfo, writer: str) -> str:
+    """Why a member of an archive is not unpacked, whose writer is named; empty where it is."""
     if member.compress_type not in _PACKINGS:
-        return "is packed in a way that numpy does not use"
+        return f"is packed in a way that {writer} not use"
     if member.flag_bits & (_ENCRYPTED | _PATCHED | _STRONG):
         return "is encrypted or patched"
     if member.file_size > _GREATEST_RATIO * (member.compress_size + 1):
@@ -131,28 +136,32 @@ def sparse_matrix(archive: NpzArchive) -> sparray:
     build, needed = _FORMS[form]
     missing = {"shape", "data", *needed} - names
     if missing:
-        raise _refused(archive, f"it has no array {sorted(missing)[0]}, which a {form} matrix has")
+        raise no_sparse_matrix(
+            archive.path, f"it has no array {sorted(missing)[0]}, which a {form} matrix has"
+        )
     shape = _shape(archive)
     arrays = {name: archive.array(name) for name in ("data", *needed)}
     for name in needed:
         if arrays[name].dtype.kind not in "iu":
-            raise _refused(archive, f"{name} holds {arrays[name].dtype}, no whole numbers")
+            raise no_sparse_matrix(
+                archive.path, f"{name} holds {arrays[name].dtype}, no whole numbers"
+            )
     if arrays["data"].dtype.kind not in "iufc":
-        raise _refused(archive, f"data holds {arrays['data'].dtype}, no numbers")
+        raise no_sparse_matrix(archive.path, f"data holds {arrays['data'].dtype}, no numbers")
     try:
         return build(shape, **arrays)
     except ValueError as error:
-        raise _refused(archive, str(error)) from error
+        raise no_sparse_matrix(archive.path, str(error)) from error
 
 
 def _form(archive: NpzArchive) -> str:
     if "format" not in archive.names:
-        raise _refused(archive, "it has no array format")
+        raise no_sparse_matrix(archive.path, "it has no array format")
     value = archive.array("format")
     text = value.item() if value.ndim == 0 else ""
     form = text.decode("ascii", "replace") if isinstance(text, bytes) else str(text)
     if form not in _FORMS:
-        raise _refused(archive, f"its format is {form!r}, none of {', '.join(_FORMS)}")
+        raise no_sparse_matrix(archive.path, f"its format is {form!r}, none of {', '.join(_FORMS)}")
     return form
 
 
@@ -161,7 +170,7 @@ def _shape(archive: NpzArchive) -> tuple[int, int]:
     is_shape = values.dtype.kind in "iu" and values.shape == (2,)
     if not is_shape or not np.all((values >= 1) & (values <= MOST_ROWS)):
         stated = values.tolist() if values.size <= 2 else f"an array of shape {values.shape}"
-        raise _refused(archive, f"its shape is {stated}")
+        raise no_sparse_matrix(archive.path, f"its shape is {stated}")
     return int(values[0]), int(values[1])
 
 
@@ -236,9 +245,10 @@ _FORMS: dict[str, tuple[Callable[..., sparray], tuple[str, ...]]] = {
 }
 
 
-def _refused(archive: NpzArchive, reason: str) -> InputError:
+def no_sparse_matrix(path: Path, reason: str) -> InputError:
+    """Error of a file that holds no matrix as SciPy writes it."""
     return InputError(
-        f"{archive.path} cannot be read as a sparse matrix ({reason}); a file that "
+        f"{path} cannot be read as a sparse matrix ({reason}); a file that "
         "scipy.sparse.save_npz (.npz) or scipy.io.mmwrite (.mtx, .mtx.gz) wrote is needed. "
         "Write the matrix with one of these."
     )

@@ -141,12 +141,9 @@ def _mirrored(entries: _Entries) -> _Entries:
 
 
 def _matrix(entries: _Entries, dof: Rows) -> scipy.sparse.csc_array:
-    """Matrix of entries of one triangle, on given degrees of freedom."""
-    row, column = _place(entries.row, dof), _place(entries.column, dof)
-    off = row != column
-    places = np.append(row, column[off]), np.append(column, row[off])
-    values = np.append(entries.value, entries.value[off])
-    return scipy.sparse.csc_array((values, places), shape=(len(dof), len(dof)))
+    """Upper triangle of a matrix, on given degrees of freedom."""
+    places = _place(entries.row, dof), _place(entries.column, dof)
+    return scipy.sparse.csc_array((entries.value, places), shape=(len(dof), len(dof)))
 
 
 def _place(wanted: Rows, dof: Rows) -> np.ndarray:

@@ -165,15 +165,13 @@ def _units(
 
 
 def _matrix(arrays: dict[str, np.ndarray], name: str, size: int) -> scipy.sparse.csc_array:
-    """Symmetric matrix of its upper triangle."""
+    """Upper triangle of a symmetric matrix."""
     row, column, value = (arrays[f"{name} {part}"] for part in ("row", "column", "value"))
     if row.size and not (min(row.min(), column.min()) >= 0 and max(row.max(), column.max()) < size):
         raise InputError(f"an index of its {name} lies outside of it")
     if (row > column).any():
         raise InputError(f"its {name} is not the upper triangle that was asked for")
-    off = row != column
-    places = np.append(row, column[off]), np.append(column, row[off])
-    return scipy.sparse.csc_array((np.append(value, value[off]), places), shape=(size, size))
+    return scipy.sparse.csc_array((value, (row, column)), shape=(size, size))
 
 
 def _check_modes(

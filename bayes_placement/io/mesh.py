@@ -10,10 +10,10 @@ from .._shared.arguments import arguments_checked, check_positive
 from .._shared.errors import InputError, warn
 from .._shared.reprs import with_short_repr
 from ..modes.finite_elements.modal_model import ModalModel
-from . import _calculix, _reader_process
 from . import _contents as content
+from . import _reader_process
 from ._gate import UnreadableError, check_plausible, existing, reading
-from ._mesh_contents import MeshContents
+from ._mesh_contents import MeshContents, load_calculix
 from .uff._mesh import load_mesh
 
 _READER = Path(__file__).with_name("_mesh_process.py")
@@ -129,7 +129,7 @@ def read(path: str | Path, *, length_unit: float | int | None = None) -> Mesh:
         if kind == content.UNIVERSAL:
             contents = load_mesh(file, length_unit)
         else:
-            contents = _calculix.load(file) if kind == content.CALCULIX else _by_meshio(file)
+            contents = load_calculix(file) if kind == content.CALCULIX else _by_meshio(file)
             contents = contents._replace(points=contents.points * (length_unit or 1.0))
         mesh = _mesh(file, contents)
     if contents.complaints:
