@@ -15,9 +15,10 @@ from ..io.model import Study
 from ..positions.names import is_printable
 from ._inputs import Inputs, read_inputs, read_measurement
 from ._kept import KeptAnswer
-from ._next_command import command_on
+from ._posterior import fits_of_model
 from ._run import Output
 from ._save import CompletedModel
+from ._terminal import command_on
 
 Result = TypeVar("Result")
 
@@ -112,10 +113,7 @@ class Request:
         **settings: object,
     ) -> Result:
         """Return what a function finds in what was measured; its progress is shown."""
-        from ._shared_fits import fits_of_model  # the page of `explore` stands before
-
         effects = self._candidates(inputs.experiment)
-
         asked = command, inputs.experiment, measured, effects, settings
         answer = KeptAnswer(inputs.run.fits, *asked)
         known: Result | None = answer.read()

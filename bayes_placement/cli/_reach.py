@@ -1,9 +1,10 @@
-"""Where something missing may act: sentences, tables and figures of `explain` and `improve`."""
+"""What `explain` and `improve` found, above all where it may act: words, tables, figures."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
+import xarray as xr
 from matplotlib.figure import Figure
 
 from ..criticism.missing._claims_in_words import claims_in_words
@@ -15,8 +16,9 @@ from ..plots import ledger as ledger_plots
 from ..plots import reach as plots
 from ..plots.report._style import look
 from ..plots.report._svg import as_file, svg_of
+from ._findings import FINDINGS, of_result, where_next
 from ._inputs import Inputs
-from ._run import Run
+from ._run import Drawing, Run
 
 HEADING = "What a single law at one place could do:"
 
@@ -38,6 +40,45 @@ def _lines_on_laws(result: Ledger | Ranking) -> list[str]:
         if sentences
         for line in ["", heading, *(f"- {sentence}" for sentence in sentences)]
     ]
+
+
+def write_result(
+    result: Ledger | Ranking,
+    name: str,
+    inputs: Inputs,
+    run: Run,
+    first: Sequence[Drawing] = (),
+    further: Callable[[xr.DataTree], Sequence[Drawing]] = lambda kept: (),
+) -> list[str]:
+    """Write what was found under a name, and return where to measure next in words.
+
+    Further figures are of what is kept for a report.
+    """
+    run.json(f"{name}.json", result.to_json())
+    run.text(f"{name}.txt", in_full(result, ()))
+    pictures = partial(_write_pictures, result, inputs, first, further)
+    following = run.kept(pictures, result.to_json(), inputs.data_faults)
+    run.text(f"{name}.txt", in_full(result, following))
+    run.table("suspicion.csv", result.suspicion, index=False)
+    return following
+
+
+def _write_pictures(
+    result: Ledger | Ranking,
+    inputs: Inputs,
+    first: Sequence[Drawing],
+    further: Callable[[xr.DataTree], Sequence[Drawing]],
+    run: Run,
+) -> list[str]:
+    """Write figures and what they are drawn from; return where to measure next in words."""
+    draw_where(result, inputs, run)  # begun first: what follows takes as long as drawing it
+    run.figures(*first, lambda: {"probabilities.png": ledger_plots.probabilities(result)})
+    write_reach(result, run)
+    measured = inputs.measurement, inputs.data_faults
+    kept = of_result(result, inputs.experiment, *measured, with_next=run.with_report)
+    run.tree(FINDINGS, kept)
+    run.figures(*further(kept))
+    return where_next(kept, result)
 
 
 def show_reach(reach: Reach | None, inputs: Inputs) -> None:

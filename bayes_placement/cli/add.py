@@ -14,8 +14,8 @@ from ..effects import EFFECTS, Effect
 from ..effects.library import unknown_effect
 from ._as_typed import effect_as_typed, imports_of
 from ._inputs import read_study
-from ._next_command import command_on
 from ._save import IMPORTS, from_folder_of
+from ._terminal import command_on
 
 HEAD = '''\
 """The model of {model}, and {effect}; written by bayes-placement add."""

@@ -1,4 +1,4 @@
-"""`bayes-placement improve`: add what a model lacks, effect by effect."""
+"""`bayes-placement explain` and `improve`: which effect a model lacks, and all that it lacks."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -8,6 +8,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from ..criticism.missing.decide import is_unexplained
+from ..criticism.missing.explain import explain
 from ..criticism.missing.fitted_model import FittedModel
 from ..criticism.missing.improve import improve
 from ..criticism.missing.ledger import Ledger, misfit_columns
@@ -17,15 +18,14 @@ from ..inference.engines import MAP
 from ..plots import ledger as plots
 from ..plots import misfit as misfit_plots
 from ..plots import modes as mode_plots
-from ._findings import FINDINGS, of_models, of_result, where_next
+from ._findings import of_models
 from ._inputs import Inputs
 from ._missing_effects import Request
-from ._next_command import command_on
 from ._posterior import infer_posterior, named_method
-from ._reach import draw_where, in_full, picture_of_where, show_reach, write_reach
-from ._run import Run, numbered
+from ._reach import picture_of_where, show_reach, write_result
+from ._run import Drawing, Run, numbered
 from ._save import CompletedModel
-from ._terminal import Screen
+from ._terminal import Screen, command_on
 
 FITS = "before_and_after.png"
 
@@ -116,29 +116,15 @@ def _improve_states(
 
 def write(ledger: Ledger, inputs: Inputs, run: Run) -> list[str]:
     """Write what was found, and return where to measure next in words."""
-    run.json("ledger.json", ledger.to_json())
-    run.text("ledger.txt", in_full(ledger, ()))
-    pictures = partial(_write_pictures, ledger, inputs)
-    following = run.kept(pictures, ledger.to_json(), inputs.data_faults)
-    run.text("ledger.txt", in_full(ledger, following))
+    falls = [lambda: {"error_falls.png": plots.error_falls(ledger)}]
+    following = write_result(ledger, "ledger", inputs, run, falls, _drawings)
     run.table("compared.csv", ledger.compared, index=False)
-    run.table("suspicion.csv", ledger.suspicion, index=False)
     return following
 
 
-def _write_pictures(ledger: Ledger, inputs: Inputs, run: Run) -> list[str]:
-    """Write figures and what they are drawn from; return where to measure next in words."""
-    draw_where(ledger, inputs, run)  # begun first: what follows takes as long as drawing it
-    run.figures(
-        lambda: {"error_falls.png": plots.error_falls(ledger)},
-        lambda: {"probabilities.png": plots.probabilities(ledger)},
-    )
-    write_reach(ledger, run)
-    measured = inputs.measurement, inputs.data_faults
-    kept = of_result(ledger, inputs.experiment, *measured, with_next=run.with_report)
-    run.tree(FINDINGS, kept)
-    run.figures(lambda: _before_and_after(kept), lambda: residual_maps(kept))
-    return where_next(kept, ledger)
+def _drawings(kept: xr.DataTree) -> list[Drawing]:
+    """Figures of the model as given and with all effects, and of where its error lies."""
+    return [lambda: _before_and_after(kept), lambda: residual_maps(kept)]
 
 
 def _before_and_after(kept: xr.DataTree) -> dict[str, Figure]:
@@ -153,3 +139,22 @@ def residual_maps(kept: xr.DataTree) -> dict[str, Figure]:
     """Figure of where the error of each model lies; none where modes were measured."""
     fits = of_models(kept, "fit")
     return {"residual_map.png": misfit_plots.residual_maps(fits)} if fits else {}
+
+
+def run_explain(request: Request) -> int:
+    """Rank the effects that a model may lack, write tables and figures, return the exit code."""
+    inputs = request.read("explain")
+    ranking = request.search("explain", explain, inputs)
+    verdict, *further = ranking.words()
+    inputs.screen.verdict(verdict)
+    show_reach(ranking.reach, inputs)
+    inputs.screen.table(ranking.table(), "effect")
+    inputs.screen.list(further)
+    inputs.run.verdict(verdict)
+    inputs.screen.list(write_result(ranking, "explanation", inputs, inputs.run))
+    inputs.run.table("explanation.csv", ranking.table())
+    if ranking.claimed:
+        inputs.screen.text(f"How far the error falls with it: {request.command('improve')}")
+    else:
+        inputs.screen.text(f"Where the misfit is: {request.command('check')}")
+    return inputs.run.finish(inputs.screen, verdict, ranking.to_json())

@@ -37,14 +37,15 @@ from ._figures import (
     worst_pairs,
 )
 from ._fit_panels import (
+    Fits,
     colours_of,
     draw_error,
     draw_measured,
     draw_phase,
     draw_response,
+    fits_of,
     mark_outside,
 )
-from ._fits import Fits, fits_of
 from ._instruments import thinness
 
 MOST_MAPS = 4

@@ -23,8 +23,7 @@ from ._figures import (
     pages_of,
     panels,
 )
-from ._fit_panels import draw_maps, height_of, in_bands
-from ._fits import Fits, fits_of
+from ._fit_panels import Fits, draw_maps, fits_of, height_of, in_bands
 from ._plain_figure import WIDTH
 
 FIRST_PART, SECOND_PART = AFTER, BEFORE

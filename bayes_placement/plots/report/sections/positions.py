@@ -9,9 +9,8 @@ from matplotlib.axes import Axes
 from ..._colours import AFTER, DATA, FLOOR, INK, Style
 from ..._instruments import INSTRUMENT, few, near_each_other
 from ..._marginal_panels import draw_interval
-from .._projection import Projection, draw_outline
 from .._saved import Saved, name_of, placed_items
-from .._style import drawing, legend, panels
+from .._style import Projection, draw_outline, drawing, legend, panels
 from ..content import Cell, Drawing, Item, Table, rounded_summary
 from ..report import PLACES
 

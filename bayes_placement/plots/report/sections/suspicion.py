@@ -7,9 +7,8 @@ import pandas as pd
 import xarray as xr
 
 from ..._colours import AFTER, DATA
-from .._projection import Projection, draw_outline
 from .._saved import Saved
-from .._style import drawing, legend, panels
+from .._style import Projection, draw_outline, drawing, legend, panels
 from ..content import Drawing, Item, Table
 from ..report import SUSPICION
 
