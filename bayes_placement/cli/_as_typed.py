@@ -11,8 +11,8 @@ from numpyro.distributions import Distribution
 from .._shared.ranges import described
 from ..effects.effect import Effect
 from ..effects.library import EFFECTS
+from ..laws.elements import ELEMENTS
 from ..laws.law import Law
-from ..laws.typed import ELEMENTS
 from ..positions.places import Straight
 
 PRIOR = re.compile(r"([A-Z]\w*)\([-+.\de, ]*\)")

@@ -12,7 +12,7 @@ from ..effects.library import classes_named, nearest_name, unknown_effect
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.modal_parameters import ModalParameters
 from ..io.model import Study
-from ..positions.names import is_printable
+from ..positions.channel import is_printable
 from ._inputs import Inputs, read_inputs, read_measurement
 from ._kept import KeptAnswer
 from ._posterior import fits_of_model

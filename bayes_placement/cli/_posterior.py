@@ -69,7 +69,7 @@ def method_from_fit(inputs: "Inputs", engine: str) -> tuple["Method", tuple[str,
     says how its modes are searched for, or a prior has no inverse distribution function.
     """
     from ..criticism.missing.as_given import fitted_as_given
-    from ..inference.engines import MAP
+    from ..inference.engines.map import MAP
 
     method = named_method(inputs.study, engine, "latent")
     if not isinstance(method.engine, MAP) or method.engine is inputs.study.engine:

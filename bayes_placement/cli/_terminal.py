@@ -13,7 +13,7 @@ from rich.console import Console, JustifyMethod, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
-from .._shared.advice import in_commands
+from .._shared.errors import in_commands
 from .._shared.progress import (
     Progress,
     no_progress,

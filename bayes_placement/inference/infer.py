@@ -19,16 +19,15 @@ from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
 from . import divergence, engines, marginals
 from ._results_tree import Inference, equal_draws, pick, tree
+from .batches import affordable_batch
 from .chi2 import misfit_sentence
 from .engines.empirical_bayes import Hierarchy
 from .engines.engine import Draws, Engine, EngineDraws, Flat, Positions
 from .engines.least_squares import LeastSquares
 from .estimates import LEAST_NODES, Weighting, standard_error
 from .marginals.marginal import DrawPlacement, Marginal
-from .memory import affordable_batch
 from .names import of_name
-from .random_keys import jax_key, recorded_seed
-from .record import origin
+from .record import jax_key, origin, recorded_seed
 from .results import DATA_FAULTS, MISFIT, RESPONSE_WHEN_EXACT, WARNINGS
 from .simulate import sample_prior
 from .symmetries import Values, symmetries

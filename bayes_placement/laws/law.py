@@ -14,8 +14,7 @@ from .._shared.dimensions import Parameter
 from .._shared.errors import InputError
 from .._shared.ranges import described
 from .._shared.reprs import notebook_html
-from .._shared.scalars import check_scalar
-from .._shared.sites import is_unknown, unit
+from .._shared.sites import check_scalar, is_unknown, unit
 
 Omega: TypeAlias = Inexact[Array, "frequency"]
 """Angular frequencies [rad/s], complex off the axis: s = i omega."""

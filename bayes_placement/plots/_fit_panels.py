@@ -12,7 +12,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from .._shared.labels import AS_DRAWN, FORCE_LEVEL
+from .._shared.dimensions import AS_DRAWN, FORCE_LEVEL
 from ..criticism.missing.ledger import Ledger
 from ._colours import AFTER, BEFORE, DATA, FLOOR, INK, Style
 from ._figures import HALF_TURN, LOGARITHM, channels, edges, in_decibels, phase_axis, unbroken

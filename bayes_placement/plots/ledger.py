@@ -11,7 +11,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from .._shared.arguments import arguments_checked
-from .._shared.labels import AS_DRAWN
+from .._shared.dimensions import AS_DRAWN
 from ..criticism.missing.fitted_model import FittedModel
 from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.ranking import Ranking

@@ -9,7 +9,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from .._shared.arguments import arguments_checked
-from .._shared.labels import AS_DRAWN
+from .._shared.dimensions import AS_DRAWN
 from ..criticism.check.misfit import Misfit
 from ._colours import AFTER, BEFORE, INK
 from ._figures import (

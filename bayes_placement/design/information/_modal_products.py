@@ -12,7 +12,7 @@ from ..._shared.sites import Owner
 from ...effects.effect import Modulus
 from ...experiment.experiment import Experiment
 from ...experiment.frf import modal_receptance
-from ...modes.beams.waves import many_phases
+from ...modes.beams.waveguide import many_phases
 from ...modes.points import Points, joined
 
 

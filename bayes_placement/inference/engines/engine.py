@@ -14,8 +14,8 @@ from ..._shared.dimensions import Key
 from ..._shared.progress import Progress
 from ..._shared.reprs import with_short_repr
 from .._quadrature_rules import Interval
+from ..batches import affordable_batch, working_bytes
 from ..estimates import Given
-from ..memory import affordable_batch, working_bytes
 from .empirical_bayes import Hierarchy
 from .least_squares import LeastSquares
 

@@ -7,10 +7,9 @@ import equinox as eqx
 import numpy as np
 from scipy.special import logsumexp
 
-from ..._shared.advice import MORE_NODES, SMC
 from ..._shared.arguments import check_count
 from ..._shared.dimensions import Key
-from ..._shared.errors import InfeasibleError
+from ..._shared.errors import MORE_NODES, SMC, InfeasibleError
 from ..._shared.progress import Progress
 from .._quadrature_rules import Interval, legendre
 from ..estimates import LEAST_NODES, effective_size

@@ -20,7 +20,7 @@ from ..._shared.compiled import compiled
 from ..._shared.dimensions import Key
 from ..._shared.errors import InputError
 from ..._shared.progress import Progress
-from ..memory import affordable_batch, mapped
+from ..batches import affordable_batch, mapped
 from . import _trajectories as trajectories
 from .engine import Engine, EngineDraws, Flat, PosteriorDensity, Scalar, Settings, log_likelihood
 

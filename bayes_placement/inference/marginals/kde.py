@@ -9,7 +9,7 @@ from ..._shared.sites import Unknown
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from ..engines.engine import Settings
-from ..random_keys import jax_key
+from ..record import jax_key
 from .kernel_density import KERNELS, KernelDensity
 from .marginal import DrawPlacement, IntegratedModel, Marginal, Model, integrated
 

@@ -14,8 +14,7 @@ from ...experiment._measurement_checks import LINE_TOLERANCE
 from ...experiment.measurement import Measurement
 from ...experiment.noise import FromCoherence, FromScatter, FromVariance, Noise, Relative
 from ...experiment.quantities import QUANTITIES
-from ...positions.channel import Channel
-from ...positions.names import LONGEST, is_printable
+from ...positions.channel import LONGEST, Channel, is_printable
 from .. import uff
 from .._gate import is_number
 from ._json_fields import CaseError, FieldRule, JsonObject, check_distinct, choice, integer, numbers
