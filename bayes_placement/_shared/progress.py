@@ -16,8 +16,6 @@ from rich.progress import (
 from rich.progress import Progress as Bars
 from rich.text import Text
 
-from .arguments import arguments_checked
-
 Progress = Callable[[float], None]
 """Called with the share of the work that is done, from 0 to 1."""
 
@@ -175,22 +173,3 @@ def _bars(console: Console) -> Bars:
         console=console,
         speed_estimate_period=600,  # compilation is one long step
     )
-
-
-@arguments_checked
-@contextmanager
-def progress_bar(task: str = "computed") -> Iterator[Progress]:
-    """Show a bar with the time left; a context manager, for `progress=` of any function.
-
-    Parameters
-    ----------
-    task
-        Text before the bar.
-
-    Examples
-    --------
-    >>> with bp.design.progress_bar("places") as progress:
-    ...     learnt = bp.information_map(experiment, places, estimator=estimator, progress=progress)
-    """
-    with progress_bars(progress_console(), [task]) as begin:
-        yield begin(task)

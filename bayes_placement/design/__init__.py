@@ -1,12 +1,12 @@
 """Where sensors and actuators should sit: maps of information, searches for the best placement."""
 
 from .._shared.executors import workers
-from .._shared.progress import progress_bar
 from . import information
 from .effective_independence import EffectiveIndependence, effective_independence
 from .maps import Lead, information_map, lead, rivals
 from .place import Placement, place
 from .planned import planned
+from .progress import progress_bar
 from .search.evolutionary import Evolutionary
 from .search.exhaustive import Exhaustive
 from .search.forward import Forward

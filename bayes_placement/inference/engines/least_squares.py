@@ -241,8 +241,9 @@ def evolved(
 ) -> np.ndarray:
     """Return the point of the least cost that a population reaches [unknown].
 
-    Differential evolution from a population of starts (Storn and Price 1997). A cost that is not a number counts as infinite. Points stay within a width of the first
-    population on either side.
+    Differential evolution from a population of starts (Storn and Price 1997). A cost that is not
+    a number counts as infinite. Points stay within a width of the first population on either
+    side.
     """
     width = np.ptp(starts, axis=0)
     from scipy import optimize  # it takes long to import
