@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from .._shared.dimensions import ABOUT, AS_DRAWN
 from .._shared.files import Json
+from .._shared.labels import ABOUT, AS_DRAWN
 from ..criticism.check.misfit import Misfit
 from ..criticism.findings.findings import Model, draws_of_result, findings, models_of
 from ..criticism.missing.ledger import Ledger

@@ -14,9 +14,8 @@ from ..experiment.modal_parameters import ModalParameters
 from ..io.model import Study
 from ..positions.channel import is_printable
 from ._inputs import Inputs, read_inputs, read_measurement
-from ._kept import KeptAnswer
 from ._posterior import fits_of_model
-from ._run import Output
+from ._run import KeptAnswer, Output
 from ._save import CompletedModel
 from ._terminal import command_on
 

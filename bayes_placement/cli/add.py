@@ -12,9 +12,8 @@ from .._shared.errors import UsageError
 from .._shared.files import write_atomically
 from ..effects import EFFECTS, Effect
 from ..effects.library import unknown_effect
-from ._as_typed import effect_as_typed, imports_of
 from ._inputs import read_study
-from ._save import IMPORTS, from_folder_of
+from ._save import IMPORTS, effect_as_typed, from_folder_of, imports_of
 from ._terminal import command_on
 
 HEAD = '''\

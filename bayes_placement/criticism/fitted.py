@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from .._shared.compiled import compiled
-from .._shared.dimensions import FORCE_LEVEL
+from .._shared.labels import FORCE_LEVEL
 from ..experiment.experiment import Experiment, Measurements
 from ..inference.bands import amplitude
 from ..inference.results import outputs

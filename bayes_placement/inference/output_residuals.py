@@ -11,8 +11,8 @@ import xarray as xr
 from jaxtyping import Array, Bool, Float, Int
 from numpyro.distributions import Distribution, MaskedDistribution, MultivariateNormal
 
-from .._shared.dimensions import FORCE_LEVEL
 from .._shared.errors import InputError
+from .._shared.labels import FORCE_LEVEL
 from ..experiment.experiment import MEASURED, RESPONSE, Experiment
 from ..experiment.noise import Data
 from ..experiment.observe import Complex

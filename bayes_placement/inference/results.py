@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._shared.dimensions import FORCE_LEVEL
+from .._shared.labels import FORCE_LEVEL
 from .._shared.sites import Unknown
 
 if TYPE_CHECKING:  # a report reads results without the first, a page stands before the second

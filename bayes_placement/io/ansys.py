@@ -14,9 +14,8 @@ from .._shared.arguments import check_positive
 from .._shared.errors import InputError
 from ..modes.finite_elements.modal_model import ModalModel
 from . import _reader_process
-from ._foreign_matrices import in_si, without_rows
 from ._gate import check_plausible, existing, path_of, reading
-from .matrix_files import SystemMatrices
+from .matrix_files import SystemMatrices, _in_si, _without_rows
 
 _READER = Path(__file__).with_name("_ansys_process.py")
 _REMEDY = "Write it again in a modal analysis, uncompressed: /FCOMP,RST,0."
@@ -70,8 +69,8 @@ def read_matrices(
         dof = result.arrays["dof"]
         matrices = {name: _matrix(result.arrays, name, len(dof)) for name in ("stiffness", "mass")}
         is_held = (matrices["stiffness"].diagonal() == 0) & (matrices["mass"].diagonal() == 0)
-        free_matrices, rows = without_rows(matrices, dof, is_held)
-        return in_si(file, free_matrices, rows, length_unit=units[0], mass_unit=units[1])
+        free_matrices, rows = _without_rows(matrices, dof, is_held)
+        return _in_si(file, free_matrices, rows, length_unit=units[0], mass_unit=units[1])
 
 
 def read_modes(

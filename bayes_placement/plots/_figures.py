@@ -13,8 +13,8 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from .._shared.dimensions import FORCE_LEVEL
 from .._shared.errors import InputError
+from .._shared.labels import FORCE_LEVEL
 from ._colours import DATA, PAPER, Style
 from ._plain_figure import PlainFigure
 

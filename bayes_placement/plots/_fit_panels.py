@@ -1,7 +1,7 @@
 """Panels of what was measured and what models predict: outputs, errors, maps of these, modes."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -12,8 +12,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from .._shared.dimensions import AS_DRAWN, FORCE_LEVEL
-from ..criticism.missing.ledger import Ledger
+from .._shared.labels import AS_DRAWN, FORCE_LEVEL
 from ._colours import AFTER, BEFORE, DATA, FLOOR, INK, Style
 from ._figures import HALF_TURN, LOGARITHM, channels, edges, in_decibels, phase_axis, unbroken
 
@@ -328,12 +327,3 @@ def _name_modes(panel: Axes, frequency: OfModes) -> None:
     panel.set_xticks(range(len(labels)), labels)
     panel.set_xlim(-0.5, len(labels) - 0.5)
     panel.set_xlabel("measured mode, natural frequency [Hz]")
-
-
-Fits: TypeAlias = Ledger | Mapping[str, xr.Dataset]
-"""A ledger, or what its models predict by their names."""
-
-
-def fits_of(result: Fits) -> Mapping[str, xr.Dataset]:
-    """What models predict, by their names."""
-    return result.fits if isinstance(result, Ledger) else result

@@ -11,7 +11,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from .._shared.arguments import arguments_checked
-from .._shared.dimensions import AS_DRAWN
+from .._shared.labels import AS_DRAWN
 from ..criticism.missing.fitted_model import FittedModel
 from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.ranking import Ranking
@@ -37,15 +37,14 @@ from ._figures import (
     worst_pairs,
 )
 from ._fit_panels import (
-    Fits,
     colours_of,
     draw_error,
     draw_measured,
     draw_phase,
     draw_response,
-    fits_of,
     mark_outside,
 )
+from ._fits import Fits, fits_of
 from ._instruments import thinness
 
 MOST_MAPS = 4

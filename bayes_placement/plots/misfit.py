@@ -9,7 +9,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from .._shared.arguments import arguments_checked
-from .._shared.dimensions import AS_DRAWN
+from .._shared.labels import AS_DRAWN
 from ..criticism.check.misfit import Misfit
 from ._colours import AFTER, BEFORE, INK
 from ._figures import (
@@ -23,7 +23,8 @@ from ._figures import (
     pages_of,
     panels,
 )
-from ._fit_panels import Fits, draw_maps, fits_of, height_of, in_bands
+from ._fit_panels import draw_maps, height_of, in_bands
+from ._fits import Fits, fits_of
 from ._plain_figure import WIDTH
 
 FIRST_PART, SECOND_PART = AFTER, BEFORE

@@ -12,14 +12,13 @@ from ._colours import AFTER, BEFORE, DATA, FIFTH, FOURTH, INK
 from ._figures import PAGE, panels
 from ._fit_panels import (
     Colours,
-    Fits,
     draw_assurance,
     draw_damping,
     draw_frequencies,
-    fits_of,
     has_damping,
     with_shapes,
 )
+from ._fits import Fits, fits_of
 
 COLOURS = Colours(DATA, (BEFORE, AFTER, FOURTH, FIFTH), square=AFTER, ink=INK)
 """As in the other figures of data, and of models before and after."""

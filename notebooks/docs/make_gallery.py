@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from small_png import small
 
 import bayes_placement as bp
-from bayes_placement._shared.dimensions import AS_DRAWN, AS_GIVEN
+from bayes_placement._shared.labels import AS_DRAWN, AS_GIVEN
 from bayes_placement.plots._colours import AFTER, DATA, INK
 from bayes_placement.plots._fit_panels import colours_of, line_style, show_all_of
 

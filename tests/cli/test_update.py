@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from xarray import DataTree
 
 import bayes_placement as bp
-from bayes_placement._shared.dimensions import ABOUT
+from bayes_placement._shared.labels import ABOUT
 from bayes_placement.cli import _run
 from bayes_placement.cli import update as commands
 from bayes_placement.cli.app import app

@@ -10,7 +10,7 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement._shared.dimensions import ABOUT
+from bayes_placement._shared.labels import ABOUT
 from bayes_placement.cli._findings import HOW_NEXT, where_next
 from bayes_placement.design import next_measurement as searched
 from bayes_placement.design.next_measurement import next_measurement

@@ -47,7 +47,7 @@ def test_what_is_known_beforehand_bounds_what_the_compiler_needs():
 def test_batches_are_as_large_as_memory_allows(monkeypatch):
     size = batches.working_bytes(compiled(kernel_matrix).bound(), jnp.ones(()))
     for count, expected in ((3.5, 3), (0.5, 1), (1000, 50)):
-        monkeypatch.setattr(memory, "MOST_BYTES", int(count * size))
+        monkeypatch.setattr(batches, "MOST_BYTES", int(count * size))
         assert (
             batches.affordable_batch(compiled(kernel_matrix).bound(), jnp.ones(()), 50) == expected
         )
@@ -65,7 +65,7 @@ def test_engines_keep_to_the_memory(monkeypatch):
     engine = bp.engines.SMC(particles=80, populations=2, moves=3)
     results = []
     for most in (1 << 29, 200_000):
-        monkeypatch.setattr(memory, "MOST_BYTES", most)
+        monkeypatch.setattr(batches, "MOST_BYTES", most)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", InferenceWarning)  # few particles do not mix
             results.append(bp.infer(bar.experiment, bar.measurement, engine=engine))

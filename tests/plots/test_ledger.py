@@ -11,7 +11,7 @@ import xarray as xr
 from matplotlib.colors import to_rgba
 
 import bayes_placement as bp
-from bayes_placement._shared.dimensions import AS_DRAWN
+from bayes_placement._shared.labels import AS_DRAWN
 from bayes_placement.criticism.missing.fitted_model import FittedModel
 from bayes_placement.criticism.missing.ledger import Ledger
 from bayes_placement.criticism.missing.ranking import Ranking

@@ -9,8 +9,8 @@ import xarray as xr
 from jaxtyping import Int
 
 from ..._shared.arguments import check_kind
-from ..._shared.dimensions import FORCE_LEVEL
 from ..._shared.errors import InputError
+from ..._shared.labels import FORCE_LEVEL
 from ...inference.output_residuals import Chosen, Residuals, levels_of, output_residuals
 
 LINES_OF_BAND = 5

@@ -16,7 +16,7 @@ from tinygp import GaussianProcess
 from tinygp.kernels import quasisep
 
 from ..._shared.compiled import compiled
-from ..._shared.dimensions import FORCE_LEVEL
+from ..._shared.labels import FORCE_LEVEL
 from ...inference.output_residuals import Residuals
 from ._residuals import residuals
 

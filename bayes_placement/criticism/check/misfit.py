@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from ..._shared.dimensions import FORCE_LEVEL
+from ..._shared.labels import FORCE_LEVEL
 from ..._shared.reprs import notebook_html
 from ...inference.chi2 import chi2_in_words, p_in_words
 from ...inference.output_residuals import shows_modes

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from ..._shared.dimensions import FORCE_LEVEL
 from ..._shared.errors import InputError
+from ..._shared.labels import FORCE_LEVEL
 from ...experiment.experiment import MEASURED
 from ...inference.results import observed_of
 

@@ -12,8 +12,8 @@ import xarray as xr
 from arviz_stats.utils import ELPDData
 
 from ..._shared.arguments import arguments_checked, check_kind
-from ..._shared.dimensions import FORCE_LEVEL
 from ..._shared.errors import InputError
+from ..._shared.labels import FORCE_LEVEL
 from ..._shared.reprs import notebook_html
 from ...experiment.experiment import MEASURED
 from ...inference.estimates import GOOD_PARETO_K

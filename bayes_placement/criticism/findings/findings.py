@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..._shared.dimensions import ABOUT, AS_DRAWN, AS_GIVEN
+from ..._shared.labels import ABOUT, AS_DRAWN, AS_GIVEN
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.modal_parameters import ModalParameters
 from ...experiment.prior_draws import draws_from_priors

@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from ..._shared.dimensions import AS_DRAWN, AS_GIVEN
 from ..._shared.files import Json, write_json
+from ..._shared.labels import AS_DRAWN, AS_GIVEN
 from ..._shared.reprs import notebook_html
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.modal_parameters import ModalParameters

@@ -15,6 +15,7 @@ from ..arrays import load
 from ..arrays.named_arrays import NamedArrays
 from . import _lines_needed, channel_table
 from . import mapping as mappings
+from ._headings import completed
 from .channel_table import ChannelRow
 from .mapping import Mapping
 from .measurement import (
@@ -27,7 +28,6 @@ from .measurement import (
     unused_rows,
     unused_sensitivities,
 )
-from .own_mapping import completed
 
 _MAPPING_SUFFIX = ".toml"
 _AGREEMENT = 1e-5  # of the greatest coordinate; universal files may keep six digits

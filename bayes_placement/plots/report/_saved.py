@@ -9,9 +9,9 @@ import pandas as pd
 import xarray as xr
 from pandas.api.types import is_numeric_dtype
 
-from ..._shared.dimensions import ABOUT, AS_DRAWN
 from ..._shared.errors import InputError
 from ..._shared.files import Json
+from ..._shared.labels import ABOUT, AS_DRAWN
 from ...io import netcdf
 from ._svg import checked_svg
 

@@ -9,8 +9,8 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import information
-from bayes_placement.design.information._modal_products import factorise
 from bayes_placement.design.information.estimator import jackknife_error, placement_distributions
+from bayes_placement.design.information.kernel_gain import factorise
 from bayes_placement.experiment.noise import Data
 from bayes_placement.inference.marginals.nested_quadrature import NestedQuadrature, nested_nodes
 from models import bar

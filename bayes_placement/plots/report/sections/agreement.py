@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from ...._shared.dimensions import AS_DRAWN
+from ...._shared.labels import AS_DRAWN
 from ..._fit_panels import LABEL, draw_maps, height_of, in_bands, pair_names
 from .._saved import Saved
 from .._style import drawing, panels

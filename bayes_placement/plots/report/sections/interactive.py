@@ -5,8 +5,8 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import xarray as xr
 
-from ...._shared.dimensions import FORCE_LEVEL
 from ...._shared.files import Json
+from ...._shared.labels import FORCE_LEVEL
 from ....page.frames import packed
 from ....page.standalone import kept_frames
 from .._saved import Saved, name_of, placed_items

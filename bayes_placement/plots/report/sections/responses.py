@@ -8,7 +8,7 @@ import xarray as xr
 from jaxtyping import Float
 from matplotlib.axes import Axes
 
-from ...._shared.dimensions import AS_DRAWN, FORCE_LEVEL
+from ...._shared.labels import AS_DRAWN, FORCE_LEVEL
 from ..._colours import DATA, FIFTH, INK, Style
 from ..._figures import DECIBELS, HALF_TURN, LOGARITHM, unbroken
 from ..._fit_panels import colours_of, line_style, mark_outside, show_all_of
