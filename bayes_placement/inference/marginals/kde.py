@@ -17,17 +17,13 @@ from ..._shared.errors import InputError
 from ..._shared.sites import Unknown, substitute
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
-from ..engines.engine import Settings
 from ..estimates import effective_size
 from ..record import jax_key
 from ..symmetries import Values
 from .marginal import (
     Drawn,
-    DrawPlacement,
     IntegratedLikelihood,
-    IntegratedModel,
-    Marginal,
-    Model,
+    IntegratingMarginal,
     integrated,
 )
 
@@ -167,7 +163,7 @@ def _key_of_parameters(key: Key, experiment: Experiment) -> Key:
     return jax.random.fold_in(jax.random.fold_in(key, low), high)
 
 
-class KDE(Marginal):
+class KDE(IntegratingMarginal):
     """Placement integrated by a kernel density estimate of z given h, Eqs. (29) and (31).
 
     A way to treat placement when data are inferred from; the estimator of expected information that
@@ -225,7 +221,8 @@ class KDE(Marginal):
         """All placement is."""
         return unknown.is_of_transducer
 
-    def _estimate(self, experiment: Experiment, data: Data, key: Key) -> KernelDensity:
+    def likelihood(self, experiment: Experiment, data: Data, key: Key) -> KernelDensity:
+        """Likelihood by kernels about draws of the placement."""
         if not integrated(self, experiment):
             raise InputError(
                 "marginals.KDE estimates the spread that unknown placement gives to z, but no "
@@ -235,22 +232,3 @@ class KDE(Marginal):
         return KernelDensity(
             data, jax_key(key), self.placement_draws, self.kernel, self.noise_draws, self.common
         )
-
-    def model(self, experiment: Experiment, data: Data, key: Key) -> Model:
-        """Return a model in which only parameters and output error are sampled."""
-        estimate = self._estimate(experiment, data, key)
-        return IntegratedModel(self, experiment, estimate)
-
-    def placement(self, experiment: Experiment, data: Data, key: Key) -> DrawPlacement:
-        """Draw placements in proportion to the share of their kernels in the likelihood."""
-        return self._estimate(experiment, data, key).draw_placement
-
-    def settings(self) -> Settings:
-        """Name, sizes and options."""
-        return {
-            "marginal": "KDE",
-            "marginal_placement_draws": self.placement_draws,
-            "marginal_kernel": self.kernel,
-            "marginal_noise_draws": self.noise_draws or 0,
-            "marginal_common": int(self.common),
-        }
