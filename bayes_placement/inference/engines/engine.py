@@ -123,9 +123,10 @@ class Engine(eqx.Module):
             compiled(log_likelihood).bound(posterior), jnp.zeros(posterior.dimension)
         )
 
-    @abc.abstractmethod
     def settings(self) -> Settings:
-        """What determines the result, for the record."""
+        """Name, sizes and options, for the record; how much is done at once changes no result."""
+        options = {name: value for name, value in vars(self).items() if name != "batch"}
+        return {"engine": type(self).__name__, **options}
 
 
 def log_likelihood(posterior: PosteriorDensity, vector: Flat) -> Scalar:
