@@ -6,7 +6,7 @@ from .effective_independence import EffectiveIndependence, effective_independenc
 from .maps import Lead, information_map, lead, rivals
 from .next_measurement import planned
 from .place import Placement, place
-from .progress import progress_bar
+from .running.chunks import progress_bar
 from .search.evolutionary import Evolutionary
 from .search.exhaustive import Exhaustive
 from .search.forward import Forward
