@@ -55,18 +55,18 @@ def run_import(path: Path, mapping: Path | None, output: Output) -> int:
     with files_read() as files:
         imported = mapped.read(path, mapping)
     out, stated = output.folder.path, imported.mapping.case
-    run_import = output.begin("import", path, files=files)
+    run = output.begin("import", path, files=files)
     if stated is None:
         write = partial(uff.write, measurement=imported.measurement, binary=True)
         write_atomically(out / DATA, write)
     else:
         case.write(out, imported.measurement, imported.channels, stated)
-    run_import.text(REPORT, str(imported.report))
+    run.text(REPORT, str(imported.report))
     words = imported.report.words()
     output.screen.list(words)
     verdict = _next(out, is_case=stated is not None)
     output.screen.verdict(verdict)
-    return run_import.finish(output.screen, verdict, {"sentences": words})
+    return run.finish(output.screen, verdict, {"sentences": words})
 
 
 def _next(out: Path, *, is_case: bool) -> str:

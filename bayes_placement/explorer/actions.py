@@ -9,17 +9,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar, NamedTuple
 
-import numpy as np
-
 from .._shared.errors import InputError
 from .._shared.files import Json
-from ..experiment.experiment import Experiment, Measurements
+from ..experiment.experiment import Experiment
 from ..experiment.model_error import Embedded
-from ..inference.estimates import scalars
 from ..inference.units import readable
 from ..io.case._effects import FIELD, with_effects
 from ..io.case._json_fields import JsonObject
-from .response import ResponseOf
+from .steps import as_drawn
 
 FILE = Path("explored.json")
 """What errors about a kept action name."""
@@ -245,55 +242,3 @@ def value_in_words(experiment: Experiment, word: str, value: float) -> str:
     owner = "" if unknown.owner.name == "" else f"{unknown.owner.name} "
     name = word.rpartition(f"{unknown.field}")[1] + word.rpartition(f"{unknown.field}")[2]
     return f"{owner}{name} {value * unit.factor:.4g} {unit.name}".rstrip()
-
-
-def as_drawn(experiment: Experiment) -> dict[str, float]:
-    """Return recorded positions and the means of all other priors, elements of arrays one by one.
-
-    Examples
-    --------
-    >>> from bayes_placement.explorer.steps import as_drawn
-    >>> {name: round(value, 3) for name, value in as_drawn(experiment).items()}
-    {'structure.damping.ratio': 0.04, 'sensor.s1.position': 0.2}
-    """
-    return {
-        word: _plain(number[0, 0])
-        for name, value in experiment.nominal_values().items()
-        for word, number in scalars(name, np.asarray(value)[None, None])
-    }
-
-
-def chi2(experiment: Experiment, measurement: Measurements, values: Mapping[str, float]) -> float:
-    """Return the reduced chi-square of a model with values of its unknowns.
-
-    Elements of arrays have values one by one.
-
-    Examples
-    --------
-    >>> from bayes_placement.explorer.steps import as_drawn, chi2
-    >>> round(chi2(experiment, measured, as_drawn(experiment)), 2)
-    0.73
-    """
-    return ResponseOf(experiment, experiment.data(measurement))(values).chi2
-
-
-def fit(
-    experiment: Experiment, measurement: Measurements, values: Mapping[str, float]
-) -> dict[str, float]:
-    """Return the values of the best fit to which descents from given values lead.
-
-    Examples
-    --------
-    >>> from bayes_placement.explorer.steps import as_drawn, fit
-    >>> fitted = fit(experiment, measured, as_drawn(experiment))
-    >>> abs(fitted["structure.damping.ratio"] - 0.04) < 0.001
-    True
-    """
-    from ..criticism.missing.from_values import fitted_from  # the page stands before it is needed
-
-    return fitted_from(experiment, measurement, values, lambda values: None)
-
-
-def _plain(number: np.generic) -> float:
-    """A number as Python has it; that of a node stays whole."""
-    return number.item()

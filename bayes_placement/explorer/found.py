@@ -14,7 +14,8 @@ from ..experiment.model_error import Embedded
 from ..inference.residuals import sizes_of
 from ..io.case._effects import stated_effects
 from ..laws.tabulated import COMPLIANCES
-from .actions import Improved, ValuedModel, as_drawn
+from .actions import Improved, ValuedModel
+from .steps import as_drawn
 
 
 def reach_for_page(reach: Reach) -> Json:

@@ -10,8 +10,9 @@ from .._shared.compiled import of_jax
 from .._shared.files import Json
 from ..effects.effect import Effect
 from ..experiment.experiment import Experiment, Measurements
-from .actions import Action, ValuedModel, action_from, as_drawn
+from .actions import Action, ValuedModel, action_from
 from .shared_arrays import LARGE
+from .steps import as_drawn
 
 HEAD = """\
 # experiment and measurement are those that were given to bp.explore.\

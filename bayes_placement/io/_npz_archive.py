@@ -280,7 +280,7 @@ class _Head(NamedTuple):
 
 
 def market_matrix(path: Path) -> scipy.sparse.sparray | np.ndarray:
-    """Return the market_matrix in a file."""
+    """Return the matrix in a file."""
     content = _content(path)
     head = _head(path, content)
     table = _table(path, content[head.values_from :], head)
@@ -300,7 +300,7 @@ def _content(path: Path) -> bytes:
 def _head(path: Path, content: bytes) -> _Head:
     first, *lines = content[:_LONGEST_HEAD].split(b"\n")
     words = first.decode("latin-1").lower().split()
-    known = len(words) == 5 and words[:2] == [_BANNER, "market_matrix"]
+    known = len(words) == 5 and words[:2] == [_BANNER, "matrix"]
     layout, kind, symmetry = words[2:] if known else ("", "", "")
     if layout not in ("coordinate", "array") or kind not in _NUMBERS:
         raise no_sparse_matrix(path, f"it begins with {content[:30]!r}")

@@ -17,7 +17,6 @@ from . import _reader_process
 from ._gate import check_plausible, existing, path_of, reading
 from .matrix_files import SystemMatrices, _in_si, _without_rows
 
-_READER = Path(__file__).with_name("_ansys_process.py")
 _REMEDY = "Write it again in a modal analysis, uncompressed: /FCOMP,RST,0."
 _IN_SI = ("", "SI", "MKS", "User Defined")
 _DIRECTIONS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6}
@@ -139,7 +138,8 @@ def read_modes(
 
 def _read(path: Path) -> _reader_process.ReaderResult:
     library = _reader_process.ReaderLibrary("ansys.mapdl.reader", "ansys", _SECONDS_OF_IMPORT)
-    return _reader_process.run(_READER, existing(path, "a file of Ansys (.full, .rst)"), library)
+    file = existing(path, "a file of Ansys (.full, .rst)")
+    return _reader_process.run_library(file, library)
 
 
 def _check_units(length_unit: float | None, mass_unit: float | None) -> None:

@@ -10,13 +10,12 @@ from .._shared.arguments import arguments_checked, check_positive
 from .._shared.errors import InputError, warn
 from .._shared.reprs import with_short_repr
 from ..modes.finite_elements.modal_model import ModalModel
+from . import _calculix, _reader_process
 from . import _contents as content
-from . import _reader_process
 from ._gate import UnreadableError, check_plausible, existing, reading
-from ._mesh_contents import MeshContents, load_calculix
+from ._mesh_contents import MeshContents
 from .uff._mesh import load_mesh
 
-_READER = Path(__file__).with_name("_mesh_process.py")
 _REMEDY = "Convert it, or give node numbers and coordinates as arrays."
 _LAST_LINES = {".ply": b"end_header", **dict.fromkeys((".bdf", ".fem", ".nas"), b"ENDDATA")}
 
@@ -129,7 +128,7 @@ def read(path: str | Path, *, length_unit: float | int | None = None) -> Mesh:
         if kind == content.UNIVERSAL:
             contents = load_mesh(file, length_unit)
         else:
-            contents = load_calculix(file) if kind == content.CALCULIX else _by_meshio(file)
+            contents = _calculix.load(file) if kind == content.CALCULIX else _by_meshio(file)
             contents = contents._replace(points=contents.points * (length_unit or 1.0))
         mesh = _mesh(file, contents)
     if contents.complaints:
@@ -143,7 +142,7 @@ def read(path: str | Path, *, length_unit: float | int | None = None) -> Mesh:
 def _by_meshio(path: Path) -> MeshContents:
     """Run meshio in a separate process, whose time and memory are limited."""
     _check_end(path)
-    result = _reader_process.run(_READER, path, _reader_process.ReaderLibrary("meshio", "mesh"))
+    result = _reader_process.run_library(path, _reader_process.ReaderLibrary("meshio", "mesh"))
     return MeshContents(
         None,
         result.arrays["points"],

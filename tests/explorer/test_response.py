@@ -8,7 +8,6 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement.criticism.fitted import outputs_at
-from bayes_placement.explorer.actions import as_drawn
 from bayes_placement.explorer.response import (
     ResponseOf,
     coherence_rows,
@@ -16,6 +15,7 @@ from bayes_placement.explorer.response import (
     measured_rows,
     pair_labels,
 )
+from bayes_placement.explorer.steps import as_drawn
 from tests.criticism import small
 from tests.wrong_calls import LINES, structure
 

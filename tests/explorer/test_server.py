@@ -20,12 +20,12 @@ import bayes_placement as bp
 from bayes_placement._shared.compiled import programs_kept
 from bayes_placement._shared.errors import InfeasibleError, InputError
 from bayes_placement.criticism.missing.fitted_model import FittedModel
-from bayes_placement.explorer.actions import as_drawn
 from bayes_placement.explorer.background import Newest, lines_within
 from bayes_placement.explorer.candidates import added
 from bayes_placement.explorer.live import LivePage
 from bayes_placement.explorer.messages import LONGEST, Message, MessageError, parsed
 from bayes_placement.explorer.response import ResponseOf
+from bayes_placement.explorer.steps import as_drawn
 from bayes_placement.explorer.worker import Told
 from bayes_placement.page.frames import packed, unpacked
 from tests.criticism import small

@@ -11,10 +11,11 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 import bayes_placement as bp
 from bayes_placement._shared.errors import InputError
-from bayes_placement.explorer.actions import Drawn, Moved, Refitted, Removed, as_drawn
+from bayes_placement.explorer.actions import Drawn, Moved, Refitted, Removed
 from bayes_placement.explorer.candidates import added, placed_at
 from bayes_placement.explorer.session import Session
 from bayes_placement.explorer.sliders import sliders
+from bayes_placement.explorer.steps import as_drawn
 from tests.criticism import small
 
 EXPERIMENT = small.experiment()

@@ -13,10 +13,10 @@ import pytest
 import bayes_placement as bp
 from bayes_placement._shared.compiled import forget_programs
 from bayes_placement._shared.garbage import give_memory_back, memory_in_use
-from bayes_placement.explorer.actions import chi2, fit
 from bayes_placement.explorer.candidates import added
 from bayes_placement.explorer.found import actions_of, ledger_for_page, reach_for_page
 from bayes_placement.explorer.session import Session
+from bayes_placement.explorer.steps import chi2, fit
 from bayes_placement.explorer.worker import AskedOfWorker, Worker
 from bayes_placement.page.frames import packed, unpacked
 from tests.criticism import small

@@ -27,7 +27,6 @@ from ..uff._datasets import FUNCTION, Dataset, MeasurementFileError
 from ..uff._datasets import load as datasets_of
 from .records import JITTER, Sampled, check_starts, rate_of_times, same_rate
 
-_SCRIPT = Path(__file__).with_name("_recorder_process.py")
 _TIMES = "times of group {}"
 
 
@@ -56,7 +55,7 @@ def _read(path: Path, form: str, library: str, extra: str) -> tuple[dict[str, np
     """Arrays by name, and what else the file states."""
     with reading(path, form, "Export it again."):
         needed = _reader_process.ReaderLibrary(library, extra)
-        return _reader_process.run(_SCRIPT, path, needed, extra=extra)[:2]
+        return _reader_process.run_library(path, needed)[:2]
 
 
 def load_wav(path: Path, names: Iterable[str]) -> Sampled:
