@@ -21,7 +21,6 @@ from .sections import (
     remarks,
     responses,
     suspicion,
-    unknowns,
     verdict,
 )
 
@@ -42,7 +41,7 @@ _SECTIONS = {
     "suspicion": suspicion.items,
     "tables": verdict.tables,
     "next measurement": suspicion.next_measurement,
-    "unknowns": unknowns.items,
+    "unknowns": positions.of_unknowns,
     "positions": positions.items,
     "mode shapes": modes.shapes,
     "warnings": remarks.warnings,
