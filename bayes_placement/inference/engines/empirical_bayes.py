@@ -13,9 +13,8 @@ from dataclasses import dataclass, replace
 from typing import Generic, NamedTuple, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Float, Int
 from numpy.linalg import LinAlgError
-from numpyro.distributions import Distribution
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 from ..._shared.compiled import compiled
@@ -270,11 +269,8 @@ def bounds_of_log(size: Unknown) -> tuple[float, float]:
 
 def log_density(size: Unknown, values: Float[np.ndarray, "value"]) -> Float[np.ndarray, "value"]:
     """Log prior density of the log of a size, at values of the size."""
-    return np.asarray(compiled(_log_prob)(size.distribution, values)) + np.log(values)
-
-
-def _log_prob(distribution: Distribution, values: Float[Array, "value"]) -> Float[Array, "value"]:
-    return distribution.log_prob(values)
+    log_prob = compiled(type(size.distribution).log_prob)
+    return np.asarray(log_prob(size.distribution, values)) + np.log(values)
 
 
 def _log_prior(size: Unknown, value: float) -> tuple[float, float]:
