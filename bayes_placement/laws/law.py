@@ -89,7 +89,7 @@ class Law(eqx.Module):
         >>> (bp.effects.Spring(2e4) - bp.effects.Mass(0.3)).in_words()
         'mass - spring'
         """
-        from .canonical import canonical, in_words
+        from .catalogue import canonical, in_words
 
         return in_words(canonical(self.tree()))
 
