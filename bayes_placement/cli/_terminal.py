@@ -192,18 +192,6 @@ def _longest(text: str) -> int:
 
 
 def command_on(name: str, model: Path, data: Path | None, *flags: str) -> str:
-    """Return a command on a model and its data.
-
-    Parameters
-    ----------
-    name
-        Name of the command.
-    model
-        Model file or case folder.
-    data
-        File of the measurement; None for that of the model.
-    *flags
-        Further words, such as `--model-error`.
-    """
+    """Return a command on a model, its data if they are not its own, and further words."""
     measured = () if data is None else ("--data", str(data))
     return shlex.join(["bayes-placement", name, str(model), *measured, *flags])
