@@ -11,7 +11,7 @@ from numpyro import handlers
 
 import bayes_placement as bp
 from bayes_placement._shared import sites as _sites
-from bayes_placement.positions.names import checked_name
+from bayes_placement.positions.channel import checked_name
 
 
 class Leaf(eqx.Module):

@@ -1,9 +1,11 @@
-"""Our own errors and warnings, whose sentences say all that a user needs."""
+"""Our own errors, warnings and advice, whose sentences say all that a user needs."""
 
 import inspect
+import re
 import traceback
 import types
 import warnings
+from typing import NamedTuple
 
 
 class PackageError(Exception):
@@ -51,3 +53,34 @@ def warn(sentence: str, category: type[Warning] = UserWarning) -> None:
 
 def _is_ours(frame: types.FrameType) -> bool:
     return str(frame.f_globals.get("__name__")).split(".")[0] == OURS
+
+
+class Advice(NamedTuple):
+    """One piece of advice; sentences hold its Python, for which the command line has a command."""
+
+    python: str
+    command: str
+
+
+SAMPLED = Advice(
+    "bp.infer(ledger.experiment, measurement, engine=bp.engines.SMC())",
+    "improve --save new.py, then bayes-placement update new.py --engine smc,",
+)
+BEGUN_AT_MORE = Advice(
+    "check(infer(..., engine=bp.engines.MAP(starts=128)))",
+    "engine = bp.engines.MAP(starts=128) in the model file",
+)
+SIZES_OF_ERRORS = Advice("model_error=bp.model_error.Embedded()", "model_error in the model file")
+BASELINE = Advice("baseline=before", "--baseline before.uff")
+SMC = Advice("engines.SMC()", "bayes-placement update --engine smc")
+MORE_STARTS = Advice("MAP(starts=128)", "engine = bp.engines.MAP(starts=128) in the model file")
+MORE_NODES = Advice("Grid(nodes=96)", "engine = bp.engines.Grid(nodes=96) in the model file")
+
+COMMANDS = dict((SAMPLED, BEGUN_AT_MORE, SIZES_OF_ERRORS, BASELINE, SMC, MORE_STARTS, MORE_NODES))
+"""Command in the place of each line of Python; of two that begin alike the longer comes first."""
+
+
+def in_commands(sentence: str) -> str:
+    """Return a sentence with its advice in commands, or in a line of the model file."""
+    lines = "|".join(map(re.escape, COMMANDS))
+    return re.sub(rf"(?<![.\w])(?:{lines})", lambda found: COMMANDS[found[0]], sentence)

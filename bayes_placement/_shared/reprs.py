@@ -1,10 +1,12 @@
-"""How nouns and results are shown: in one line, and as a table in a notebook."""
+"""How nouns and results are shown: a line, a table in a notebook, and what is completed."""
 
 import dataclasses
 import types
 from collections.abc import Mapping, Sequence
+from functools import partial
 from html import escape
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import jax
@@ -223,3 +225,15 @@ def _nested(value: object) -> str:
     is_sentence = any(mark in words for mark in ("\n", ": ", " object at 0x"))
     is_short = len(words) <= LONGEST_NESTED and not is_sentence
     return words if is_short else f"{type(value).__name__}(...)"
+
+
+def offer_own(*modules: ModuleType) -> None:
+    """Let modules offer what they define: no constants, and nothing that they import."""
+    for module in modules:
+        vars(module)["__dir__"] = partial(_own, module)
+
+
+def _own(module: ModuleType) -> list[str]:
+    named = ((name, getattr(item, "__module__", "")) for name, item in vars(module).items())
+    own = [name for name, home in named if home == module.__name__ and not name.startswith("_")]
+    return [*vars(module).get("__all__", own)]

@@ -8,14 +8,15 @@ from typing import Any, NamedTuple, TypeGuard, TypeVar, cast
 
 import equinox as eqx
 import jax
+import numpy as np
 import numpyro
 from jax.tree_util import DictKey, GetAttrKey, PyTreeDef, SequenceKey
 from numpyro.distributions import Distribution
 
-from .arguments import check_kind
+from .arguments import check_kind, shown
 from .dimensions import Parameter
 from .errors import InputError
-from .ranges import Range
+from .ranges import Range, described
 
 Tree = TypeVar("Tree")
 
@@ -360,3 +361,22 @@ def _word(key: object) -> str:
     if isinstance(key, SequenceKey):
         return str(key.idx + 1)  # people count modes from one
     return str(key)
+
+
+def check_scalar(name: str, value: object) -> None:
+    """Refuse several numbers, or a distribution of several, in the place of one."""
+    if isinstance(value, list | tuple | dict):
+        words = shown(value)
+    elif isinstance(value, jax.core.Tracer) or not _shape(value):
+        return
+    else:
+        given = described(value) if is_unknown(value) else shown(value)
+        words = f"{given} of shape {_shape(value)}"
+    raise InputError(
+        f"{name}={words} was given; one number or a distribution of one number is needed, since it "
+        f"is a single quantity and not one for each line or mode: {name}=0.5."
+    )
+
+
+def _shape(value: Any) -> tuple[int, ...]:
+    return tuple(value.shape()) if is_unknown(value) else np.shape(value)

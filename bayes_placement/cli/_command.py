@@ -1,16 +1,118 @@
-"""Commands with the options that all of them share: what they begin with, and how they end."""
+"""Commands with the options that all of them share, what they begin with, and their help."""
 
 import functools
+import hashlib
 import inspect
-from collections.abc import Callable, Collection
+import os
+import platform
+import re
+import warnings
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from ._begun import Common, begun
+from ._errors import errors_in_words
 from ._options import AsJson, NoCache, Quiet, Traceback, WriteReport, out
+from ._user_cache import cache_folder, delete_old_files
+
+if TYPE_CHECKING:
+    from ._run import Output
+
+OF_HELPERS = (
+    "bayes_placement.criticism.missing.improve",
+    "bayes_placement.plots.ledger",
+    "matplotlib.backends.backend_agg",
+)
+"""What helpers need for a search and its figures; they import it while the model is read."""
+
+
+class Common(NamedTuple):
+    """What every command is given."""
+
+    model: Path
+    command: str
+    out: Path | None
+    quiet: bool
+    as_json: bool
+    report: bool
+    no_cache: bool
+    traceback: bool
+    searches: bool
+
+
+@contextmanager
+def begun(options: Common) -> Iterator["Output"]:
+    """Run a command in its folder, with the compilation cache, and with errors for people."""
+    with errors_in_words(options.model, show_traceback=options.traceback, as_json=options.as_json):
+        # Zeros and overflows within this package and its libraries are treated where they occur;
+        # those of a model file are the user's to see.
+        warnings.filterwarnings(
+            "ignore", category=RuntimeWarning, module=r"(?!_model_)", append=True
+        )
+        fits = None
+        if not options.no_cache:
+            from ._user_cache import folder_of_fits
+
+            use_compilation_cache()
+            fits = folder_of_fits()
+        if options.searches:
+            from .._shared.processes import begin_with_helpers
+
+            begin_with_helpers(*OF_HELPERS)
+        from ._result_folder import result_folder
+
+        out = None if options.out is None else options.out.absolute()
+        with result_folder(options.model.absolute(), options.command, out) as folder:
+            from ._run import Output
+
+            yield Output(folder, options.quiet, options.as_json, options.report, fits)
+
+
+SHORTEST_COMPILATION = 0.01
+"""Compilations that take less [s] are not worth a file: one is read in some milliseconds."""
+
+
+def use_compilation_cache() -> None:
+    """Keep compiled functions in a folder of the user's cache directory.
+
+    A cache that the user has chosen (the environment variable JAX_COMPILATION_CACHE_DIR) is used as
+    it is; where no folder can be made, there is none.
+    """
+    # XLA reports every difference between two processors as an error, although it checks them. It
+    # reads this when JAX is imported.
+    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
+    import jax
+
+    if "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS" not in os.environ:
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", SHORTEST_COMPILATION)
+    if jax.config.values["jax_compilation_cache_dir"]:
+        return
+    folder = cache_folder(f"jax-{jax.__version__}-{_processor()}")
+    if folder is None:
+        return
+    delete_old_files(folder.parent.glob("jax-*/*-cache"))
+    jax.config.update("jax_compilation_cache_dir", str(folder))
+    jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+    # A file that another run is just writing cannot be read; the function is then compiled.
+    warnings.filterwarnings(
+        "ignore", message=".*persistent compilation cache", category=UserWarning, append=True
+    )
+
+
+def _processor() -> str:
+    """Name of a processor and its instructions: others may not run what was compiled for it."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    instructions = [line for line in lines if line.startswith(("flags", "Features"))]
+    known = [platform.machine(), platform.processor(), *instructions[:1]]
+    return hashlib.sha256(" ".join(known).encode()).hexdigest()[:12]
+
 
 Function = Callable[..., int]
 
@@ -100,3 +202,42 @@ def _absolute(options: dict[str, object]) -> dict[str, object]:
 def _option(name: str, annotation: object, default: object) -> inspect.Parameter:
     kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
     return inspect.Parameter(name, kind, default=default, annotation=annotation)
+
+
+def examples(*lines: str) -> str:
+    """List commands as they are typed, without the name of the program."""
+    typed = [f"- `bayes-placement {line}`" for line in lines]
+    return "\n".join(["Examples:", "", *typed, "", ""])
+
+
+REGISTRY = Path(__file__).parents[1] / "effects" / "registry.py"
+"""Names are read from it as text, since effects load JAX."""
+
+GROUPS = {
+    "attached": "point_mass segment_mass rotary_inertia eccentric_mass tuned_absorber "
+    "ground_spring ground_dashpot rotational_spring strut foundation maxwell_mount "
+    "fractional_mount damping_layer cubic_stiffness coulomb_friction gap",
+    "structure": "local_stiffness_loss region_stiffness_loss hysteretic_damping "
+    "viscoelastic_modulus axial_preload member_preload shear_and_rotary_inertia residual_modes "
+    "further_mode dimension_error beyond_prior",
+    "supports": "compliant_support soft_support",
+    "sensors and actuators": "gain_error misplaced_sensor misplaced_actuator reversed_sensor "
+    "reversed_channel swapped_sensors swapped_actuators sensor_mass actuator_mass stinger "
+    "mount_resonance low_pass high_pass channel_delay cross_axis",
+    "record": "time_delay exponential_window frequency_drift frequency_scale phase_drift mains_hum",
+}
+"""Names of effects by what they are part of."""
+
+LAWS = {"attached", "inserted", "over", "modulus"}
+"""They hold a law that is typed in Python, and no search suggests one."""
+
+
+def effects_by_group() -> str:
+    """List all effects that `--effects` takes, a line for each group."""
+    names = re.findall(r"^from \.\w+ import \w+ as (\w+)$", REGISTRY.read_text(), re.MULTILINE)
+    groups = {title: words.split() for title, words in GROUPS.items()}
+    known = {name for words in groups.values() for name in words} | LAWS
+    others = [name for name in names if name not in known]
+    listed = groups | ({"others": others} if others else {})
+    lines = [f"- {title}: {', '.join(words)}" for title, words in listed.items()]
+    return "\n".join(["Effects:", "", *lines])

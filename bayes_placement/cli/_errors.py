@@ -11,7 +11,7 @@ from types import TracebackType
 
 import typer
 
-from .._shared.advice import in_commands
+from .._shared.errors import in_commands
 from ._streams import answer_alone, begin_here, print_answer, printable
 
 PACKAGE = Path(__file__).parents[1]

@@ -12,9 +12,8 @@ from ..experiment.variants import observing_modes
 from ..io import case, formats, modal_parameters, model
 from ..io._gate import files_read
 from ..io._modal_arrays import holds_modal_parameters
-from ._kept import KeptAnswer
 from ._lines import ChosenLines, choose_lines
-from ._run import Output, Run
+from ._run import KeptAnswer, Output, Run
 from ._terminal import Screen
 
 

@@ -12,12 +12,12 @@ from ..effects.library import classes_named, nearest_name, unknown_effect
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.modal_parameters import ModalParameters
 from ..io.model import Study
-from ..positions.names import is_printable
+from ..positions.channel import is_printable
 from ._inputs import Inputs, read_inputs, read_measurement
-from ._kept import KeptAnswer
-from ._next_command import command_on
-from ._run import Output
+from ._posterior import fits_of_model
+from ._run import KeptAnswer, Output
 from ._save import CompletedModel
+from ._terminal import command_on
 
 Result = TypeVar("Result")
 
@@ -112,10 +112,7 @@ class Request:
         **settings: object,
     ) -> Result:
         """Return what a function finds in what was measured; its progress is shown."""
-        from ._shared_fits import fits_of_model  # the page of `explore` stands before
-
         effects = self._candidates(inputs.experiment)
-
         asked = command, inputs.experiment, measured, effects, settings
         answer = KeptAnswer(inputs.run.fits, *asked)
         known: Result | None = answer.read()

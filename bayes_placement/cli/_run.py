@@ -1,20 +1,33 @@
-"""A run of a command: its folder, what it was given, and the files that it has written."""
+"""A run of a command: its folder, what it was given, the files that it has written, what is kept.
 
+What an earlier run found is kept in the user's cache by a hash of all that it follows from. Inputs
+of a question come in, what was found goes out; what is asked is not known there.
+"""
+
+import os
+import pickle
+import stat
+import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
+import numpy as np
+
+from .._shared.errors import WritingError, warn
 from .._shared.files import Json, write_atomically, write_csv, write_json
 from .._shared.parts import begun_in_helper
+from ..experiment.array_store import ArrayStore
+from ..experiment.content_hash import content_hash
 from ..experiment.modal_parameters import ModalParameters
 from ..inference.record import now, versions
 from ..io import modal_parameters, netcdf
 from ..io.laws import write_law
+from ..io.model import _sources
 from ._errors import MODEL_FAILS
-from ._kept import KeptAnswer
 from ._result_folder import RECORD, ResultFolder, identified, records, source_of
 from ._terminal import Screen
 
@@ -267,3 +280,47 @@ def _plain(value: object) -> object:
     if isinstance(value, list | tuple):
         return [_plain(item) for item in value]
     return value
+
+
+NOT_WRITTEN = (pickle.PicklingError, AttributeError, TypeError)
+"""Raised where an object of the user cannot be written to bytes."""
+
+
+class KeptAnswer:
+    """A result that follows from inputs, the text of the model and versions of libraries alone.
+
+    Nothing is kept without a folder, or in one to which others may write: a result is a pickle.
+    """
+
+    def __init__(self, folder: Path | None, *inputs: object):
+        self._files = ArrayStore(folder) if folder and _is_private(folder) else None
+        try:
+            self._key = "" if self._files is None else content_hash(versions(), _sources(), *inputs)
+        except NOT_WRITTEN:
+            self._files = None
+
+    def read(self) -> Any:
+        """Return what an earlier run found; None where none did."""
+        known = None if self._files is None else self._files.read(self._key)
+        return None if known is None else pickle.loads(known["content"].tobytes())
+
+    def write(self, result: object) -> None:
+        """Keep what was found; a run does not end where that fails."""
+        if self._files is None:
+            return
+        try:
+            content = np.frombuffer(pickle.dumps(result), np.uint8)
+            self._files.write(self._key, {"content": content})
+        except NOT_WRITTEN:
+            return
+        except WritingError as error:
+            warn(f"What this run found is not kept for a later one: {error}")
+
+
+def _is_private(folder: Path) -> bool:
+    """Whether the user alone may write to a folder, which is made; on Windows its place says so."""
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    if sys.platform == "win32":
+        return True
+    state = folder.stat()
+    return state.st_uid == os.getuid() and not state.st_mode & (stat.S_IWGRP | stat.S_IWOTH)

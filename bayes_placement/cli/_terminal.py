@@ -1,7 +1,8 @@
-"""What a command shows: text and tables on standard output, progress on standard error."""
+"""What a command shows: text, tables and the next command; progress on standard error."""
 
 import json
 import re
+import shlex
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
@@ -12,7 +13,7 @@ from rich.console import Console, JustifyMethod, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
-from .._shared.advice import in_commands
+from .._shared.errors import in_commands
 from .._shared.progress import (
     Progress,
     no_progress,
@@ -188,3 +189,9 @@ def _wrapped(text: str, width: int) -> str:
 def _longest(text: str) -> int:
     """Characters of the longest part of a text that is not to be broken."""
     return max(map(len, UNBROKEN.findall(text)), default=0)
+
+
+def command_on(name: str, model: Path, data: Path | None, *flags: str) -> str:
+    """Return a command on a model, its data if they are not its own, and further words."""
+    measured = () if data is None else ("--data", str(data))
+    return shlex.join(["bayes-placement", name, str(model), *measured, *flags])

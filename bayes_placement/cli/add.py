@@ -12,10 +12,9 @@ from .._shared.errors import UsageError
 from .._shared.files import write_atomically
 from ..effects import EFFECTS, Effect
 from ..effects.library import unknown_effect
-from ._as_typed import effect_as_typed, imports_of
 from ._inputs import read_study
-from ._next_command import command_on
-from ._save import IMPORTS, from_folder_of
+from ._save import IMPORTS, effect_as_typed, from_folder_of, imports_of
+from ._terminal import command_on
 
 HEAD = '''\
 """The model of {model}, and {effect}; written by bayes-placement add."""

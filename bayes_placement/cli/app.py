@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from . import _options as option
-from ._command import COMPUTING, PlainCommand, PlainGroup, command
+from ._command import COMPUTING, PlainCommand, PlainGroup, command, effects_by_group, examples
 from ._errors import errors_in_words
-from ._help import effects_by_group, examples
 
 if TYPE_CHECKING:
     from ._run import Output
@@ -122,9 +121,9 @@ def add(
 )
 def import_file(output: "Output", path: option.ForeignFile, mapping: option.Mapping = None) -> int:
     """Turn files of other programs into a case folder, and say what was read and what was not."""
-    from . import import_file
+    from . import measured_files
 
-    return import_file.run(path, mapping, output)
+    return measured_files.run_import(path, mapping, output)
 
 
 @command(
@@ -137,9 +136,9 @@ def identify(
     output: "Output", data: option.MeasuredFile, shapes_at: option.ShapesAt = "sensors"
 ) -> int:
     """Identify natural frequencies, damping and mode shapes of FRFs, without a model."""
-    from . import identify
+    from . import measured_files
 
-    return identify.run(data, shapes_at, output)
+    return measured_files.run_identify(data, shapes_at, output)
 
 
 @command(
@@ -200,10 +199,10 @@ def explain(
     dask: option.Dask = None,
 ) -> int:
     """Say which physical effect a model lacks, with a probability for each."""
-    from . import _missing_effects, explain
+    from . import _missing_effects, improve
 
     asked = model, data, _split(effects), output, lines, model_error, baseline, alone
-    return explain.run(_missing_effects.Request(*asked, workers=workers, dask=dask))
+    return improve.run_explain(_missing_effects.Request(*asked, workers=workers, dask=dask))
 
 
 @command(

@@ -14,10 +14,9 @@ from ..plots import modes as mode_plots
 from ..plots import posterior as posterior_plots
 from ._findings import FINDINGS, best_draw, of_check, of_models
 from ._inputs import Inputs, read_inputs
-from ._next_command import command_on
-from ._posterior import infer_posterior
+from ._posterior import infer_posterior, method_from_fit
 from ._run import Drawing, Output, Run, numbered
-from ._shared_fits import method_from_fit
+from ._terminal import command_on
 
 
 def run(

@@ -20,8 +20,8 @@ from ..design import information
 from ..design._candidates import can_be_at, positions_on
 from ..design.information.estimator import Estimator
 from ..design.maps import information_map
+from ..design.next_measurement import planned
 from ..design.place import Placement, place
-from ..design.planned import planned
 from ..effects import library
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.modal_parameters import ModalParameters

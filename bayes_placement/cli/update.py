@@ -21,15 +21,14 @@ from ..inference.report import CrossCheck, numbers, report
 from ..inference.results import warnings_of
 from ..io._gate import files_read
 from ..io.model import Study
-from ..plots import _posterior_pages as pages
+from ..plots import _marginal_panels as pages
 from ..plots import modes as mode_plots
 from ..plots import posterior as plots
 from ._findings import FINDINGS, of_models, of_posterior
 from ._inputs import print_data_faults, read_both
-from ._next_command import command_on
 from ._posterior import infer_posterior, named_method
 from ._run import Drawing, Output, Run, numbered
-from ._terminal import Screen
+from ._terminal import Screen, command_on
 
 Results = dict[str, xr.DataTree]
 OfUnknowns = Mapping[str, tuple[str, str]]

@@ -4,9 +4,9 @@ from .._shared.executors import workers
 from . import information
 from .effective_independence import EffectiveIndependence, effective_independence
 from .maps import Lead, information_map, lead, rivals
+from .next_measurement import planned
 from .place import Placement, place
-from .planned import planned
-from .progress import progress_bar
+from .running.chunks import progress_bar
 from .search.evolutionary import Evolutionary
 from .search.exhaustive import Exhaustive
 from .search.forward import Forward

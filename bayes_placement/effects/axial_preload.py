@@ -7,8 +7,7 @@ from numpyro.distributions import Distribution
 
 from .._shared.compiled import compiled
 from ..modes.beams.beams import UniformBeam
-from ..modes.changed import ChangedModes, changed, over_changed_modes
-from ..modes.original_modes import required_beam
+from ..modes.changed import ChangedModes, changed, over_changed_modes, required_beam
 from .prelude import GlobalChange, Modes, Parameter, Scales, field, log_uniform_of_either_sign, unit
 
 LEAST, COMPRESSION, TENSION = 1e-4, 0.8, 10.0

@@ -2,8 +2,8 @@
 
 from .._shared.sites import unit
 from ..modes.beams.waveguide import Waveguide
+from ..modes.changed import original_waveguide, required_waveguide
 from ..modes.hinges import Hinge
-from ..modes.original_modes import original_waveguide, required_waveguide
 from .prelude import (
     Hinged,
     InputError,

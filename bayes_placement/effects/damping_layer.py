@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import jax.numpy as jnp
 
 from .._shared.ranges import NOT_NEGATIVE, POSITIVE, SIGNED_LOSS_FACTOR
-from ..modes.original_modes import original_waveguide, required_waveguide
+from ..modes.changed import original_waveguide, required_waveguide
 from ..modes.ports import cuts_over, over
 from .effect import AtPlace, Omega, OnPorts, Stiffness, placed
 from .prelude import LogUniform, Modes, Parameter, PortLaw, Scales, coordinates, field, unit

@@ -12,8 +12,7 @@ from jaxtyping import Array, Complex, Float, Inexact
 from .._shared.arguments import check_annotated
 from .._shared.dimensions import Parameter
 from .._shared.reprs import with_short_repr
-from .._shared.scalars import check_scalar
-from .._shared.sites import is_unknown, unit
+from .._shared.sites import check_scalar, is_unknown, unit
 from ..laws.law import Law
 from ..modes.flexible_parts import FlexiblePart
 from ..modes.hinges import Hinge
@@ -21,7 +20,7 @@ from ..modes.modes import Modes
 from ..modes.points import Points, along
 from ..modes.ports import PortLaw
 from ..positions import at as _at
-from ..positions.names import printable_name
+from ..positions.channel import printable_name
 from ..positions.places import Place as InSpace
 from ..positions.places import Value, coordinates
 from ..positions.tolerances import Tolerance

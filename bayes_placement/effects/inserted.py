@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from .._shared.sites import LAW_UNITS
-from ..modes.original_modes import required_waveguide
+from ..modes.changed import required_waveguide
 from ..modes.ports import MOTIONS, cut
 from .attached import GivenLaw, check_motion, of_motion
 from .effect import AtPlace, Omega, OnPorts, Stiffness, placed

@@ -9,8 +9,8 @@ from .._shared.dimensions import Parameter
 from .._shared.errors import InputError
 from .._shared.ranges import POSITIVE, SHARE_LOST
 from ..modes.beams.waveguide import Waveguide
+from ..modes.changed import original_waveguide, required_waveguide
 from ..modes.hinges import Hinge
-from ..modes.original_modes import original_waveguide, required_waveguide
 from .effect import AtPlace, Hinged, placed
 from .prelude import LogUniform, Modes, Scales, Uniform, field, negative_log_uniform, unit
 

@@ -8,9 +8,9 @@ import equinox as eqx
 import numpy as np
 
 from .._shared.errors import InputError
+from ..modes.changed import original_nodal_modes
 from ..modes.finite_elements.nodal_modes import NodalModes
 from ..modes.modes import Modes
-from ..modes.original_modes import original_nodal_modes
 from .effect import Hinged, Location
 from .instruments import Instruments
 

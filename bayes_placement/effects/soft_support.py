@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 from jaxtyping import Array, Int
 
+from ..modes.changed import original_nodal_modes
 from ..modes.finite_elements.nodal_modes import NodalModes
 from ..modes.finite_elements.soft_supports import ANY_UNIT
 from ..modes.flexible_parts import SoftenedSupport
-from ..modes.original_modes import original_nodal_modes
 from .on_part import OnPart
 from .prelude import LogUniform, Modes, Parameter, Scales, field, unit
 

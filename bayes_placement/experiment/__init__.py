@@ -1,6 +1,6 @@
 """experiment: a structure, what excites and reads it, and the output error: one NumPyro model."""
 
-from .._shared.completion import offer_own
+from .._shared.reprs import offer_own
 from ..positions.channel import Channel
 from . import damping, model_error, noise, observe
 from .experiment import Experiment

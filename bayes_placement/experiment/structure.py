@@ -16,7 +16,7 @@ from ..effects.amplitude_attachment import AmplitudeAttachment
 from ..effects.effect import Effect, GlobalChange, Hinged, Modulus, Omega, OnPorts, StructureEffect
 from ..modes.hinges import with_compliance
 from ..modes.modes import Modes
-from ..positions.names import checked_name
+from ..positions.channel import checked_name
 from ._value_checks import check_values
 from .damping import Damping
 

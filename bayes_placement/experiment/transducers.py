@@ -15,15 +15,13 @@ from .._shared.dimensions import Parameter, Shapes
 from .._shared.errors import InputError
 from .._shared.ranges import ANGLE, DELAY, described
 from .._shared.reprs import noun_html
-from .._shared.scalars import check_scalar
-from .._shared.sites import Role, is_open, is_unknown, unit, unknowns
+from .._shared.sites import Role, check_scalar, is_open, is_unknown, unit, unknowns
 from ..modes.modes import Modes
 from ..modes.points import Points
 from ..modes.ports import is_beam, on_arms
 from ..positions.at import At, RecordedPosition, as_place, position_on
 from ..positions.bounds import in_space, position_text
-from ..positions.channel import checked
-from ..positions.names import checked_name
+from ..positions.channel import checked, checked_name
 from ..positions.places import Place, Position, coordinates, mean
 from ..positions.tolerances import Tolerance
 from ..positions.vectors import Recorded, Vector, rotation, triple, unit_vector

@@ -15,7 +15,6 @@ from ..page.frames import packed
 from .actions import Action, Drawn, Moved, Refitted, Removed, ValuedModel
 from .background import Background
 from .candidates import Position, added, placed_at
-from .last_used import LastUsed
 from .messages import Message
 from .page_frames import (
     REPORT,
@@ -25,7 +24,7 @@ from .page_frames import (
     modes_for_page,
     state_for_page,
 )
-from .response import Response, ResponseOf, items_of
+from .response import LastUsed, Response, ResponseOf, items_of
 from .session import Session
 from .sliders import Slider, sliders
 from .worker import AskedOfWorker, Told, Worker

@@ -2,6 +2,7 @@
 
 import webbrowser
 from collections.abc import Callable, Mapping
+from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -10,8 +11,11 @@ from .._shared.arguments import arguments_checked
 from .._shared.errors import InfeasibleError, InputError
 from ..criticism.missing._candidates import check_experiment
 from ..experiment.experiment import Experiment, Measurements
+from ..page.standalone import notebook_module
 
 if TYPE_CHECKING:
+    from anywidget import AnyWidget
+
     from .live import LivePage
     from .page_frames import LongSave
     from .server import PageServer
@@ -86,8 +90,6 @@ class Explorer:
 
     def _repr_mimebundle_(self, **settings: Any) -> object:
         """Show the page in a cell where anywidget is installed; else its address is shown."""
-        from .notebook import widget_of
-
         widget = widget_of(self._server)
         return None if widget is None else widget._repr_mimebundle_(**settings)
 
@@ -189,3 +191,28 @@ def opened(
     server = PageServer(make, kept.secret(), given.port)
     server.start()
     return Explorer(server, words)
+
+
+READY = "ready"
+"""What a cell says once it can take frames."""
+
+
+def widget_of(server: "PageServer") -> "AnyWidget | None":
+    """Return a widget that shows the page of a server; None where anywidget is not installed."""
+    if find_spec("anywidget") is None:
+        return None
+    import anywidget
+
+    widget = anywidget.AnyWidget(_esm=notebook_module())
+
+    def hear(frame: bytes) -> None:
+        widget.send({}, buffers=[frame])
+
+    def take(_: object, content: object, buffers: object) -> None:
+        if content == READY:
+            server.attach(hear)
+        elif isinstance(content, str):
+            server.take(content)
+
+    widget.on_msg(take)
+    return widget

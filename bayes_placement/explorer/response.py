@@ -1,7 +1,7 @@
 """Response of a model at values of its unknowns, compiled once for each structure of effects."""
 
-from collections.abc import Mapping
-from typing import NamedTuple, TypeAlias
+from collections.abc import Callable, Mapping
+from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
 import jax.numpy as jnp
 import numpy as np
@@ -14,9 +14,30 @@ from ..effects.effect import Effect
 from ..experiment._experiment_checks import at_levels
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
-from ..inference.standardised_residual import standardised_residual
+from ..inference.output_residuals import standardised_residual
 from ..positions.places import coordinates
-from .last_used import MOST
+
+Made = TypeVar("Made")
+
+MOST = 12
+"""Most experiments for which it stays; undo and redo among them are quick."""
+
+
+class LastUsed(Generic[Made]):
+    """What `make` makes of an experiment, made once while the experiment is among the last used."""
+
+    def __init__(self, make: Callable[[Experiment], Made]):
+        self._make = make
+        self._kept: list[tuple[Experiment, Made]] = []
+
+    def __call__(self, experiment: Experiment) -> Made:
+        """Return what is made of an experiment, which is told by its identity."""
+        known = [made for other, made in self._kept if other is experiment]
+        made = known[0] if known else self._make(experiment)
+        others = [kept for kept in self._kept if kept[0] is not experiment]
+        self._kept = [*others, (experiment, made)][-MOST:]
+        return made
+
 
 BANDS = 32
 """Most frequency bands of the map of the error."""

@@ -75,7 +75,9 @@ def rule(
     try:
         share = (interval[1] - interval[0]) / 2
         probability = interval[0] + share * (node + 1)
-        return compiled(_quantiles)(distribution, probability), jax.device_put(weight * share)
+        return compiled(type(distribution).icdf)(distribution, probability), jax.device_put(
+            weight * share
+        )
     except (NotImplementedError, ImportError) as error:  # some inverses need TensorFlow
         raise InfeasibleError(
             "Quadrature needs the inverse distribution function of each unknown, which "
@@ -86,10 +88,6 @@ def rule(
 
 def _probabilities(distribution: Distribution, values: Shaped[Array, "node"]) -> AtNodes:
     return jnp.exp(distribution.log_prob(values))
-
-
-def _quantiles(distribution: Distribution, probability: AtNodes) -> AtNodes:
-    return distribution.icdf(probability)
 
 
 def node_count(distribution: Distribution, nodes: int) -> int:

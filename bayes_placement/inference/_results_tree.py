@@ -6,7 +6,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 import xarray as xr
 from jaxtyping import Array
-from numpyro.distributions import Distribution, Uniform
+from numpyro.distributions import Uniform
 
 from .._shared.compiled import compiled
 from ..experiment.experiment import MEASURED, RESPONSE, Experiment
@@ -104,15 +104,12 @@ def _log_prior(experiment: Experiment, values: Values) -> xr.Dataset:
     """
     variables = {}
     for unknown in experiment.unknowns:
-        if unknown.name in values and not isinstance(unknown.distribution, Uniform):
-            density = np.asarray(compiled(_log_prob)(unknown.distribution, values[unknown.name]))
+        prior = unknown.distribution
+        if unknown.name in values and not isinstance(prior, Uniform):
+            density = np.asarray(compiled(type(prior).log_prob)(prior, values[unknown.name]))
             total = density.reshape(*density.shape[:2], -1).sum(axis=-1)
             variables[unknown.name] = (("chain", "draw"), total)
     return numbered(xr.Dataset(variables))
-
-
-def _log_prob(distribution: Distribution, values: Array) -> Array:
-    return distribution.log_prob(values)
 
 
 def _constants(experiment: Experiment, data: Data) -> xr.Dataset:

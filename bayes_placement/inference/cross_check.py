@@ -6,10 +6,10 @@ from typing import NamedTuple
 from .._shared.errors import InfeasibleError
 from ..experiment.experiment import Experiment, Measurements
 from . import engines, marginals
+from .batches import available_bytes
 from .engines.engine import Engine
 from .infer import memory_needed
 from .marginals.marginal import Marginal
-from .memory import available_bytes
 from .names import of_name
 
 GRID_UNKNOWNS = 2

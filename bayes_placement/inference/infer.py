@@ -19,16 +19,13 @@ from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
 from . import divergence, engines, marginals
 from ._results_tree import Inference, equal_draws, pick, tree
+from .batches import affordable_batch
 from .chi2 import misfit_sentence
-from .engines.empirical_bayes import Hierarchy
 from .engines.engine import Draws, Engine, EngineDraws, Flat, Positions
-from .engines.least_squares import LeastSquares
 from .estimates import LEAST_NODES, Weighting, standard_error
 from .marginals.marginal import DrawPlacement, Marginal
-from .memory import affordable_batch
 from .names import of_name
-from .random_keys import jax_key, recorded_seed
-from .record import origin
+from .record import jax_key, origin, recorded_seed
 from .results import DATA_FAULTS, MISFIT, RESPONSE_WHEN_EXACT, WARNINGS
 from .simulate import sample_prior
 from .symmetries import Values, symmetries
@@ -165,6 +162,7 @@ def _inference(
     draws = engine.run(posterior, engine_key, progress)
     parents = equal_draws(draws)
     draw_placement = marginal.placement(experiment, data, marginal_key)
+    constrain = compiled(UnconstrainedModel.constrain)
     values, predictions, stats = _predictions(
         experiment, data, posterior, pick(draws.position, parents), draw_placement, prediction_key
     )
@@ -178,7 +176,7 @@ def _inference(
         predictions=predictions,
         stats=stats,
         divergences=_divergences(experiment, posterior, draws),
-        mode=None if draws.mode is None else compiled(_at_mode)(posterior, draws.mode),
+        mode=None if draws.mode is None else constrain(posterior, draws.mode),
         prior=sample_prior(experiment, prior_key),
     )
 
@@ -193,8 +191,8 @@ def _posterior(
         marginal.model(experiment, data, key),
         priors,
         moves,
-        jax.tree_util.Partial(_least_squares, marginal, experiment, data),
-        jax.tree_util.Partial(_hierarchy, marginal, experiment, data),
+        jax.tree_util.Partial(type(marginal).least_squares, marginal, experiment, data),
+        jax.tree_util.Partial(type(marginal).hierarchy, marginal, experiment, data),
     )
 
 
@@ -212,14 +210,6 @@ def memory_needed(
     posterior = _posterior(experiment, data, treatment, jax_key(0))
     explorer.check(posterior.dimension)
     return explorer.working_bytes(posterior)
-
-
-def _least_squares(marginal: Marginal, experiment: Experiment, data: Data) -> LeastSquares | None:
-    return marginal.least_squares(experiment, data)
-
-
-def _hierarchy(marginal: Marginal, experiment: Experiment, data: Data) -> Hierarchy | None:
-    return marginal.hierarchy(experiment, data)
 
 
 def _predictions(
@@ -287,10 +277,6 @@ def _outputs(experiment: Experiment, data: Data, key: Key) -> Values:
 
 def _named(posterior: UnconstrainedModel, position: Positions) -> Values:
     return jax.tree.map(np.asarray, compiled(_constrained)(posterior, position))
-
-
-def _at_mode(posterior: UnconstrainedModel, mode: Flat) -> Values:
-    return posterior.constrain(mode)
 
 
 def _constrained(posterior: UnconstrainedModel, position: Positions) -> Values:

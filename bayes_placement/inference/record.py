@@ -1,9 +1,15 @@
-"""What a result says of its origin: versions, date, seed, and hashes of model and data."""
+"""What a result says of its origin: versions, date, seed or key, hashes of model and data."""
 
 import pickle
 from datetime import UTC, datetime
 from importlib.metadata import version
 
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .._shared.dimensions import Key
+from .._shared.errors import InputError
 from ..experiment.content_hash import content_hash
 from ..experiment.experiment import Experiment
 
@@ -47,3 +53,69 @@ def _hash_or_nothing(value: object) -> str:
         return content_hash(value)
     except (pickle.PicklingError, TypeError, AttributeError):  # such as an open file in an effect
         return ""
+
+
+_LARGEST = 2**63
+"""Integers below are attributes of files."""
+
+
+def jax_key(key: object) -> Key:
+    """Return the JAX key of a seed; a key stays as it is.
+
+    A seed is an integer of Python or NumPy.
+    """
+    return jax.random.PRNGKey(_integer(key)) if _is_integer(key) else _checked(key)
+
+
+def integer_seed(key: object) -> int:
+    """Return the integer from which `numpy.random.default_rng` starts; see `jax_key`.
+
+    That of `jax.random.key(3)` is 3.
+    """
+    if _is_integer(key):
+        return _integer(key) % _LARGEST  # which takes no negative number
+    seed = 0
+    for word in _words(_checked(key)):
+        seed = (seed << 32) + word
+    return seed % _LARGEST
+
+
+def recorded_seed(key: int | Key) -> int | list[int]:
+    """Return what a file of results says of a seed: the integer, or the words of the key."""
+    return int(key) if _is_integer(key) else _words(_checked(key))
+
+
+def _is_integer(key: object) -> bool:
+    if isinstance(key, bool | np.bool_):
+        return False
+    return isinstance(key, int | np.integer) or _is_array(key, 0, jnp.integer)
+
+
+def _integer(key: int | Key) -> int:
+    """Return an integer of 64 bits, as all generators take it."""
+    if not -_LARGEST <= int(key) < _LARGEST:
+        raise InputError(
+            f"key={key!r} was given; an integer of 64 bits is needed, since the generators take no "
+            "longer one: key=0."
+        )
+    return int(key)
+
+
+def _checked(key: object) -> Key:
+    if _is_array(key, 0, jax.dtypes.prng_key) or _is_array(key, 1, jnp.uint32):
+        return key
+    raise InputError(
+        f"key={key!r} was given; an integer or one JAX key is needed, from which all random "
+        "numbers follow: key=0 or key=jax.random.key(0)."
+    )
+
+
+def _is_array(key: object, dimensions: int, kind: type) -> bool:
+    if not isinstance(key, jax.Array | np.ndarray):
+        return False
+    return key.ndim == dimensions and bool(jnp.issubdtype(key.dtype, kind))
+
+
+def _words(key: Key) -> list[int]:
+    typed = jnp.issubdtype(key.dtype, jax.dtypes.prng_key)
+    return np.asarray(jax.random.key_data(key) if typed else key).tolist()

@@ -28,7 +28,7 @@ from .batches import (
 )
 from .coordinates import Coordinates
 from .engines.least_squares import ParameterPoints
-from .standardised_residual import Logarithmic, standardised_residual
+from .output_residuals import Logarithmic, standardised_residual
 
 AtPoints = Float[Array, "point unknown"]
 Standardised = tuple[Float[Array, "point datum"], Float[Array, "point"]]

@@ -9,7 +9,7 @@ from .._shared.compiled import compiled
 from .._shared.dimensions import Key
 from ..experiment.experiment import MEASURED, RESPONSE, Experiment
 from ..experiment.prior_draws import draws_from_priors
-from .random_keys import jax_key
+from .record import jax_key
 from .results import named_draws, numbered, outputs
 from .symmetries import Values
 

@@ -12,7 +12,7 @@ from ..positions.channel import Channel
 from . import _contents as content
 from . import arrays
 from .mapped._toml_fields import TomlTable, is_text, load
-from .uff import measured_modes
+from .uff import modes as measured_modes
 
 _DEVIATION = re.compile(r"_?(deviation|std|sigma|sd)$")
 NAMES = {

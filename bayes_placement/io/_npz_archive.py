@@ -1,17 +1,24 @@
-"""Arrays and sparse matrices of an .npz file: sizes and indices are checked, pickles refused."""
+"""Arrays and matrices in archives (.npz) and files of Matrix Market, counted before they are read.
 
+Sizes and indices are checked, pickles refused. SciPy's reader of Matrix Market (.mtx, .mtx.gz) ends
+the interpreter on some damaged files. That format: https://math.nist.gov/MatrixMarket
+"""
+
+import gzip
+import io
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 import scipy.sparse
+from jaxtyping import Float
 from numpy.lib import format as npy
 from scipy.sparse import sparray
 
 from .._shared.errors import InputError
-from ._gate import check_limit, existing
+from ._gate import check_limit, existing, most
 
 _PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _ENCRYPTED, _PATCHED, _STRONG = 0x1, 0x20, 0x40
@@ -75,8 +82,13 @@ def _fault(member: zipfile.ZipInfo) -> str:
     """Why a member is not read; empty where it is."""
     if not member.filename.endswith(".npy") or set("/\\") & set(member.filename):
         return "is no array (.npy)"
+    return fault_of_packing(member, "numpy does")
+
+
+def fault_of_packing(member: zipfile.ZipInfo, writer: str) -> str:
+    """Why a member of an archive is not unpacked, whose writer is named; empty where it is."""
     if member.compress_type not in _PACKINGS:
-        return "is packed in a way that numpy does not use"
+        return f"is packed in a way that {writer} not use"
     if member.flag_bits & (_ENCRYPTED | _PATCHED | _STRONG):
         return "is encrypted or patched"
     if member.file_size > _GREATEST_RATIO * (member.compress_size + 1):
@@ -131,28 +143,32 @@ def sparse_matrix(archive: NpzArchive) -> sparray:
     build, needed = _FORMS[form]
     missing = {"shape", "data", *needed} - names
     if missing:
-        raise _refused(archive, f"it has no array {sorted(missing)[0]}, which a {form} matrix has")
+        raise no_sparse_matrix(
+            archive.path, f"it has no array {sorted(missing)[0]}, which a {form} matrix has"
+        )
     shape = _shape(archive)
     arrays = {name: archive.array(name) for name in ("data", *needed)}
     for name in needed:
         if arrays[name].dtype.kind not in "iu":
-            raise _refused(archive, f"{name} holds {arrays[name].dtype}, no whole numbers")
+            raise no_sparse_matrix(
+                archive.path, f"{name} holds {arrays[name].dtype}, no whole numbers"
+            )
     if arrays["data"].dtype.kind not in "iufc":
-        raise _refused(archive, f"data holds {arrays['data'].dtype}, no numbers")
+        raise no_sparse_matrix(archive.path, f"data holds {arrays['data'].dtype}, no numbers")
     try:
         return build(shape, **arrays)
     except ValueError as error:
-        raise _refused(archive, str(error)) from error
+        raise no_sparse_matrix(archive.path, str(error)) from error
 
 
 def _form(archive: NpzArchive) -> str:
     if "format" not in archive.names:
-        raise _refused(archive, "it has no array format")
+        raise no_sparse_matrix(archive.path, "it has no array format")
     value = archive.array("format")
     text = value.item() if value.ndim == 0 else ""
     form = text.decode("ascii", "replace") if isinstance(text, bytes) else str(text)
     if form not in _FORMS:
-        raise _refused(archive, f"its format is {form!r}, none of {', '.join(_FORMS)}")
+        raise no_sparse_matrix(archive.path, f"its format is {form!r}, none of {', '.join(_FORMS)}")
     return form
 
 
@@ -161,7 +177,7 @@ def _shape(archive: NpzArchive) -> tuple[int, int]:
     is_shape = values.dtype.kind in "iu" and values.shape == (2,)
     if not is_shape or not np.all((values >= 1) & (values <= MOST_ROWS)):
         stated = values.tolist() if values.size <= 2 else f"an array of shape {values.shape}"
-        raise _refused(archive, f"its shape is {stated}")
+        raise no_sparse_matrix(archive.path, f"its shape is {stated}")
     return int(values[0]), int(values[1])
 
 
@@ -236,9 +252,123 @@ _FORMS: dict[str, tuple[Callable[..., sparray], tuple[str, ...]]] = {
 }
 
 
-def _refused(archive: NpzArchive, reason: str) -> InputError:
+def no_sparse_matrix(path: Path, reason: str) -> InputError:
+    """Error of a file that holds no matrix as SciPy writes it."""
     return InputError(
-        f"{archive.path} cannot be read as a sparse matrix ({reason}); a file that "
+        f"{path} cannot be read as a sparse matrix ({reason}); a file that "
         "scipy.sparse.save_npz (.npz) or scipy.io.mmwrite (.mtx, .mtx.gz) wrote is needed. "
         "Write the matrix with one of these."
     )
+
+
+_LONGEST_HEAD = 100_000  # bytes of comments before the sizes
+_BANNER = "%%matrixmarket"
+_NUMBERS = {"real": 1, "double": 1, "integer": 1, "complex": 2, "pattern": 0}
+_SYMMETRIES = ("general", "symmetric")
+
+NumberTable = Float[np.ndarray, "line column"]
+
+
+class _Head(NamedTuple):
+    """What a file announces: layout, numbers of a value, symmetry, sizes, start of its values."""
+
+    layout: str
+    numbers: int
+    symmetry: str
+    sizes: tuple[int, ...]
+    values_from: int
+
+
+def market_matrix(path: Path) -> scipy.sparse.sparray | np.ndarray:
+    """Return the matrix in a file."""
+    content = _content(path)
+    head = _head(path, content)
+    table = _table(path, content[head.values_from :], head)
+    return _sparse(path, table, head) if head.layout == "coordinate" else _dense(table, head)
+
+
+def _content(path: Path) -> bytes:
+    if path.suffix != ".gz":
+        return path.read_bytes()
+    with gzip.open(path) as file:
+        content = file.read(most("bytes") + 1)
+    if len(content) > most("bytes"):
+        raise no_sparse_matrix(path, f"it unpacks to more than {most('bytes')} bytes")
+    return content
+
+
+def _head(path: Path, content: bytes) -> _Head:
+    first, *lines = content[:_LONGEST_HEAD].split(b"\n")
+    words = first.decode("latin-1").lower().split()
+    known = len(words) == 5 and words[:2] == [_BANNER, "matrix"]
+    layout, kind, symmetry = words[2:] if known else ("", "", "")
+    if layout not in ("coordinate", "array") or kind not in _NUMBERS:
+        raise no_sparse_matrix(path, f"it begins with {content[:30]!r}")
+    if symmetry not in _SYMMETRIES:
+        raise no_sparse_matrix(path, f"it is {symmetry}, and general or symmetric is needed")
+    place = len(first) + 1
+    for line in lines:
+        place += len(line) + 1
+        if line.strip() and not line.lstrip().startswith(b"%"):
+            sizes = _sizes(path, line, 3 if layout == "coordinate" else 2)
+            return _Head(layout, _NUMBERS[kind], symmetry, sizes, place)
+    raise no_sparse_matrix(path, "it has no line of sizes")
+
+
+def _sizes(path: Path, line: bytes, count: int) -> tuple[int, ...]:
+    words = line.split()
+    if len(words) != count or not all(word.isdigit() and len(word) < 19 for word in words):
+        raise no_sparse_matrix(path, f"the line of its sizes is {line[:40]!r}")
+    rows, columns, *_ = sizes = tuple(map(int, words))
+    if not (1 <= rows <= MOST_ROWS and 1 <= columns <= MOST_ROWS):
+        raise no_sparse_matrix(path, f"its size is {rows} x {columns}")
+    return sizes
+
+
+def _table(path: Path, values: bytes, head: _Head) -> NumberTable:
+    """Values of the file, a row for each; refused where they are not those announced."""
+    rows, columns, *stored = head.sizes
+    full = rows * columns if head.symmetry == "general" else rows * (rows + 1) // 2
+    count = stored[0] if stored else full
+    if not 0 < 2 * count <= len(values) + 1:  # a digit and the end of a line for each
+        raise no_sparse_matrix(path, f"it announces {count} values in {len(values)} bytes")
+    table = np.loadtxt(io.BytesIO(values), dtype=float, comments="%", ndmin=2, encoding="latin-1")
+    width = head.numbers + (2 if head.layout == "coordinate" else 0)
+    if table.shape != (count, width):
+        size = " x ".join(map(str, table.shape))
+        raise no_sparse_matrix(
+            path, f"it announces {count} lines of {width} numbers and holds {size}"
+        )
+    return table
+
+
+def _sparse(path: Path, table: NumberTable, head: _Head) -> scipy.sparse.sparray:
+    rows, columns, _ = head.sizes
+    places = table[:, :2]
+    integral = np.array_equal(places, np.round(places))
+    if not (integral and np.all(places >= 1) and np.all(places <= (rows, columns))):
+        raise no_sparse_matrix(path, f"an index is none of 1 to {rows} and 1 to {columns}")
+    row, column = places.T.astype(np.int64) - 1
+    values = _values(table[:, 2:])
+    if head.symmetry == "symmetric":
+        off_diagonal = row != column
+        row, column = np.append(row, column[off_diagonal]), np.append(column, row[off_diagonal])
+        values = np.append(values, values[off_diagonal])
+    return scipy.sparse.coo_array((values, (row, column)), shape=(rows, columns))
+
+
+def _dense(table: NumberTable, head: _Head) -> np.ndarray:
+    rows, columns = head.sizes
+    values = _values(table)
+    if head.symmetry == "general":
+        return values.reshape(columns, rows).T
+    square = np.zeros((rows, rows), values.dtype)
+    upper = np.triu_indices(rows)  # the lower triangle, column by column
+    square[upper[::-1]] = square[upper] = values
+    return square
+
+
+def _values(numbers: NumberTable) -> np.ndarray:
+    if numbers.shape[1] == 0:
+        return np.ones(len(numbers))
+    return numbers[:, 0] if numbers.shape[1] == 1 else numbers[:, 0] + 1j * numbers[:, 1]

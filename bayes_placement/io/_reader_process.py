@@ -24,6 +24,7 @@ SECONDS_OF_WAITING = 60.0
 
 _MISSING = re.compile(r"No module named '(\w+)")
 _CHILD = Path(__file__).with_name("_child.py")
+_LIBRARIES = Path(__file__).with_name("_library_process.py")
 
 # HDF5 loads filters from folders that the environment names; a file could ask for one of them.
 _NO_PLUGINS = {"HDF5_PLUGIN_PRELOAD": "::"}
@@ -82,6 +83,11 @@ def run(
         if done.returncode or not result.is_file():
             raise UnreadableError(complaints[-300:] or f"its process ended with {done.returncode}")
         return _unpacked(NpzArchive(result, "a result"), complaints)
+
+
+def run_library(path: Path, library: ReaderLibrary) -> ReaderResult:
+    """Read a file by a library alone, as the script of libraries does."""
+    return run(_LIBRARIES, path, library, extra=library.extra)
 
 
 def is_installed(library: str) -> bool:

@@ -12,10 +12,9 @@ import scipy.sparse
 from jaxtyping import Float
 
 from .._shared.errors import InputError
-from ._foreign_matrices import Rows, in_si, without_rows
 from ._gate import existing, path_of, reading
 from ._npz_archive import MOST_ROWS
-from .matrix_files import SystemMatrices
+from .matrix_files import SystemMatrices, _in_si, _Rows, _without_rows
 
 _REMEDY = (
     "Write it by *MATRIX OUTPUT, STIFFNESS, MASS, FORMAT=MATRIX INPUT, as text, and give both "
@@ -29,8 +28,8 @@ _AGREEMENT = 1e-9  # of the largest value: digits of the text
 class _Entries(NamedTuple):
     """Entries of a matrix: row, column, each a node and a direction, and value."""
 
-    row: Rows
-    column: Rows
+    row: _Rows
+    column: _Rows
     value: Float[np.ndarray, "entry"]
 
 
@@ -75,9 +74,9 @@ def read_matrices(
     dof = np.unique(np.concatenate(labels), axis=0)
     matrices = {name: _matrix(of_file, dof) for name, of_file in entries.items()}
     is_held = matrices["stiffness"].diagonal() >= _HELD
-    free_matrices, rows = without_rows(matrices, dof, is_held)
+    free_matrices, rows = _without_rows(matrices, dof, is_held)
     with reading(first, "matrices of Abaqus", _REMEDY):
-        return in_si(first, free_matrices, rows, length_unit=length_unit, mass_unit=mass_unit)
+        return _in_si(first, free_matrices, rows, length_unit=length_unit, mass_unit=mass_unit)
 
 
 def _entries(path: Path) -> _Entries:
@@ -140,16 +139,13 @@ def _mirrored(entries: _Entries) -> _Entries:
     return _Entries(pairs[:, :2], pairs[:, 2:], value[first])
 
 
-def _matrix(entries: _Entries, dof: Rows) -> scipy.sparse.csc_array:
-    """Matrix of entries of one triangle, on given degrees of freedom."""
-    row, column = _place(entries.row, dof), _place(entries.column, dof)
-    off = row != column
-    places = np.append(row, column[off]), np.append(column, row[off])
-    values = np.append(entries.value, entries.value[off])
-    return scipy.sparse.csc_array((values, places), shape=(len(dof), len(dof)))
+def _matrix(entries: _Entries, dof: _Rows) -> scipy.sparse.csc_array:
+    """Upper triangle of a matrix, on given degrees of freedom."""
+    places = _place(entries.row, dof), _place(entries.column, dof)
+    return scipy.sparse.csc_array((entries.value, places), shape=(len(dof), len(dof)))
 
 
-def _place(wanted: Rows, dof: Rows) -> np.ndarray:
+def _place(wanted: _Rows, dof: _Rows) -> np.ndarray:
     """Row of each degree of freedom among sorted ones."""
     span = np.int64(max(dof[:, 1].max(), wanted[:, 1].max()) + 1)
     return np.searchsorted(dof[:, 0] * span + dof[:, 1], wanted[:, 0] * span + wanted[:, 1])

@@ -14,11 +14,9 @@ from .._shared.arguments import check_positive
 from .._shared.errors import InputError
 from ..modes.finite_elements.modal_model import ModalModel
 from . import _reader_process
-from ._foreign_matrices import in_si, without_rows
 from ._gate import check_plausible, existing, path_of, reading
-from .matrix_files import SystemMatrices
+from .matrix_files import SystemMatrices, _in_si, _without_rows
 
-_READER = Path(__file__).with_name("_ansys_process.py")
 _REMEDY = "Write it again in a modal analysis, uncompressed: /FCOMP,RST,0."
 _IN_SI = ("", "SI", "MKS", "User Defined")
 _DIRECTIONS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6}
@@ -70,8 +68,8 @@ def read_matrices(
         dof = result.arrays["dof"]
         matrices = {name: _matrix(result.arrays, name, len(dof)) for name in ("stiffness", "mass")}
         is_held = (matrices["stiffness"].diagonal() == 0) & (matrices["mass"].diagonal() == 0)
-        free_matrices, rows = without_rows(matrices, dof, is_held)
-        return in_si(file, free_matrices, rows, length_unit=units[0], mass_unit=units[1])
+        free_matrices, rows = _without_rows(matrices, dof, is_held)
+        return _in_si(file, free_matrices, rows, length_unit=units[0], mass_unit=units[1])
 
 
 def read_modes(
@@ -140,7 +138,8 @@ def read_modes(
 
 def _read(path: Path) -> _reader_process.ReaderResult:
     library = _reader_process.ReaderLibrary("ansys.mapdl.reader", "ansys", _SECONDS_OF_IMPORT)
-    return _reader_process.run(_READER, existing(path, "a file of Ansys (.full, .rst)"), library)
+    file = existing(path, "a file of Ansys (.full, .rst)")
+    return _reader_process.run_library(file, library)
 
 
 def _check_units(length_unit: float | None, mass_unit: float | None) -> None:
@@ -165,15 +164,13 @@ def _units(
 
 
 def _matrix(arrays: dict[str, np.ndarray], name: str, size: int) -> scipy.sparse.csc_array:
-    """Symmetric matrix of its upper triangle."""
+    """Upper triangle of a symmetric matrix."""
     row, column, value = (arrays[f"{name} {part}"] for part in ("row", "column", "value"))
     if row.size and not (min(row.min(), column.min()) >= 0 and max(row.max(), column.max()) < size):
         raise InputError(f"an index of its {name} lies outside of it")
     if (row > column).any():
         raise InputError(f"its {name} is not the upper triangle that was asked for")
-    off = row != column
-    places = np.append(row, column[off]), np.append(column, row[off])
-    return scipy.sparse.csc_array((np.append(value, value[off]), places), shape=(size, size))
+    return scipy.sparse.csc_array((value, (row, column)), shape=(size, size))
 
 
 def _check_modes(

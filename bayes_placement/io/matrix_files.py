@@ -11,14 +11,14 @@ import scipy.io
 import scipy.sparse
 from jaxtyping import Int
 
-from .._shared.arguments import arguments_checked
+from .._shared.arguments import arguments_checked, finite_number
 from .._shared.errors import InputError
 from .._shared.reprs import with_short_repr
 from . import _contents as content
-from . import _matrix_market, arrays
+from . import arrays
 from ._contents import content_of
 from ._gate import check_plausible, existing, reading
-from ._npz_archive import NpzArchive, sparse_matrix
+from ._npz_archive import NpzArchive, market_matrix, sparse_matrix
 from .arrays._mat_gate import SPARSE
 
 _FORMS = "a sparse matrix (.npz by SciPy, .mtx, or .mat)"
@@ -162,7 +162,7 @@ def _read_matrix(path: Path, role: str) -> scipy.sparse.csc_array:
         elif path.suffix == ".npz":
             stored = sparse_matrix(NpzArchive(path, "a matrix"))
         else:
-            stored = _matrix_market.matrix(path)
+            stored = market_matrix(path)
         matrix = scipy.sparse.csc_array(stored)
         check_plausible(path, values=matrix.data)
     return matrix
@@ -259,3 +259,52 @@ def _matrices(path: Path) -> dict[str, np.ndarray | scipy.sparse.csc_array]:
         **{name: values for name, values in loaded.arrays.items() if values.dtype.kind in "iufc"},
         **{name: scipy.sparse.csc_array(content[name]) for name in sparse},
     }
+
+
+_DIRECTIONS = 6
+_Rows = Int[np.ndarray, "_ 2"]
+
+
+def _in_si(
+    path: Path,
+    matrices: dict[str, scipy.sparse.csc_array],
+    dof: _Rows,
+    *,
+    length_unit: float,
+    mass_unit: float,
+) -> SystemMatrices:
+    """Turn matrices, `stiffness` and `mass` on the same rows, into SI and check them.
+
+    Units are what one of the file is in m and in kg; time is in s. An upper triangle is enough.
+    """
+    for name, unit in (("length_unit", length_unit), ("mass_unit", mass_unit)):
+        if finite_number(name, unit, f"{name}=1e-3") <= 0:
+            raise InputError(f"{name}={unit} was given; a positive number is needed: {name}=1e-3.")
+    _check_rows(path, dof)
+    scale = np.where(dof[:, 1] > 3, length_unit, 1.0)  # a rotation has no length
+    spread = scipy.sparse.diags_array(scale)
+    scaled = {
+        name: scipy.sparse.csc_array(mass_unit * (spread @ matrix @ spread))
+        for name, matrix in matrices.items()
+    }
+    system = system_matrices(scaled, {name: f"{path}, {name}" for name in matrices})
+    return system._replace(dof=dof)
+
+
+def _without_rows(
+    matrices: dict[str, scipy.sparse.csc_array], dof: _Rows, is_held: np.ndarray
+) -> tuple[dict[str, scipy.sparse.csc_array], _Rows]:
+    """Leave out the rows that are held."""
+    free = np.flatnonzero(~is_held)
+    return {name: matrix[free][:, free] for name, matrix in matrices.items()}, dof[free]
+
+
+def _check_rows(path: Path, dof: _Rows) -> None:
+    wrong = np.flatnonzero((dof[:, 0] < 1) | (dof[:, 1] < 1) | (dof[:, 1] > _DIRECTIONS))
+    if wrong.size:
+        node, direction = dof[wrong[0]].tolist()
+        raise InputError(
+            f"{path} holds degree of freedom {direction} of node {node}; 1 to {_DIRECTIONS} of "
+            "nodes from 1 are needed (x, y, z, rx, ry, rz), since the structure moves and turns "
+            "only. Leave internal nodes, pressures and temperatures out of the matrices."
+        )

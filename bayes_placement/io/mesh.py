@@ -16,7 +16,6 @@ from ._gate import UnreadableError, check_plausible, existing, reading
 from ._mesh_contents import MeshContents
 from .uff._mesh import load_mesh
 
-_READER = Path(__file__).with_name("_mesh_process.py")
 _REMEDY = "Convert it, or give node numbers and coordinates as arrays."
 _LAST_LINES = {".ply": b"end_header", **dict.fromkeys((".bdf", ".fem", ".nas"), b"ENDDATA")}
 
@@ -143,7 +142,7 @@ def read(path: str | Path, *, length_unit: float | int | None = None) -> Mesh:
 def _by_meshio(path: Path) -> MeshContents:
     """Run meshio in a separate process, whose time and memory are limited."""
     _check_end(path)
-    result = _reader_process.run(_READER, path, _reader_process.ReaderLibrary("meshio", "mesh"))
+    result = _reader_process.run_library(path, _reader_process.ReaderLibrary("meshio", "mesh"))
     return MeshContents(
         None,
         result.arrays["points"],

@@ -15,8 +15,8 @@ from . import _contents as content
 from . import _modal_arrays
 from ._gate import existing, path_of, reading
 from .arrays import text
-from .uff import measured_modes
-from .uff.measured_modes import Arguments
+from .uff import modes as measured_modes
+from .uff.modes import Arguments
 
 __all__ = ["of_pyoma2", "read", "write"]
 
@@ -120,7 +120,7 @@ def read(
     form = f"modal parameters ({kind or 'in no known format'})"
     with reading(file, form, "Export it again."):
         if kind == content.UNIVERSAL:
-            known = measured_modes.load(file, names or {}, poles)
+            known = measured_modes.load_measured(file, names or {}, poles)
         elif kind in _modal_arrays.OF_ARRAYS:
             known = _modal_arrays.load_arrays(file, dict(names or {}))
         elif kind in (content.TEXT, content.ABAQUS_MATRIX):

@@ -22,7 +22,7 @@ from ..experiment.experiment import Experiment, Measurements
 from ..experiment.measurement import Measurement
 from ..experiment.modal_parameters import ModalParameters
 from ..inference.engines.engine import Engine
-from ..positions.names import printable_name
+from ..positions.channel import printable_name
 from ._contents import WIDE, is_wide
 
 

@@ -1,7 +1,6 @@
 """What may hang on a port: networks of springs, dashpots and masses."""
 
-from .canonical import canonical
-from .catalogue import classes, law_of, networks
+from .catalogue import canonical, classes, law_of, networks
 from .elements import Dashpot, LossySpring, Mass, Spring, Springpot
 from .law import Law, Parallel, Scaled, Series
 from .tabulated import Tabulated

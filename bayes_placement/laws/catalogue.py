@@ -1,4 +1,4 @@
-"""All networks of a few elements, and their families: what no measurement tells apart."""
+"""All networks of a few elements, their one form, and families that no measurement tells apart."""
 
 import itertools
 import json
@@ -13,7 +13,6 @@ from jaxtyping import Complex, Float
 from .._shared.arguments import shown
 from .._shared.dimensions import ComplexSpectrum, Parameter
 from .._shared.errors import InputError
-from .canonical import canonical, group
 from .elements import Dashpot, LossySpring, Mass, Spring, Springpot
 from .law import Element, Law, Parallel, Series, Tree
 
@@ -282,3 +281,67 @@ def _power(tree: Tree, order: float, end: int) -> float:
 def _real(values: Complex[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
     """Real and imaginary parts below each other."""
     return np.concatenate([values.real, values.imag])
+
+
+MERGING = frozenset("kcmh")
+"""Letters of which two in one group are one element; springpots differ by their orders,
+tables by all they hold."""
+
+
+def canonical(tree: Tree) -> Tree:
+    """Tree without groups in groups of their kind, without equal elements together, sorted.
+
+    A group is such as `["|", "k", ["-", "k", "m"]]`.
+
+    Examples
+    --------
+    >>> canonical(["|", "k", ["|", ["-", "m", "c"], "k"]])
+    ['|', 'k', ['-', 'c', 'm']]
+    """
+    if isinstance(tree, str):
+        return tree
+    sign, *parts = tree
+    flat = [inner for part in parts for inner in _joining(sign, canonical(part))]
+    return group(sign, _merged(flat))
+
+
+def group(sign: str, parts: Sequence[Tree]) -> Tree:
+    """Group of parts in their order; one part is no group."""
+    return parts[0] if len(parts) == 1 else [sign, *sorted(parts, key=json.dumps)]
+
+
+def _joining(sign: str, part: Tree) -> list[Tree]:
+    """Parts that a canonical tree adds to a group of a kind."""
+    return part[1:] if isinstance(part, list) and part[0] == sign else [part]
+
+
+def _merged(parts: Sequence[Tree]) -> list[Tree]:
+    """Parts, of elements that merge one of each letter."""
+    others = [part for part in parts if not (isinstance(part, str) and part in MERGING)]
+    return [*sorted({part for part in parts if isinstance(part, str)} & MERGING), *others]
+
+
+WORDS = {
+    "k": "spring",
+    "c": "dashpot",
+    "m": "mass",
+    "p": "springpot",
+    "h": "lossy spring",
+    "t": "table",
+}
+"""Elements in words."""
+
+
+def in_words(tree: Tree) -> str:
+    """Network in words, as it is typed.
+
+    Examples
+    --------
+    >>> in_words(["-", ["|", "c", "k"], "m"])
+    '(dashpot | spring) - mass'
+    """
+    if isinstance(tree, str):
+        return WORDS[tree]
+    sign, *parts = tree
+    words = (f"({in_words(part)})" if isinstance(part, list) else in_words(part) for part in parts)
+    return f" {sign} ".join(words)

@@ -14,8 +14,7 @@ from .._shared.dimensions import Parameter
 from .._shared.errors import InputError
 from .._shared.ranges import described
 from .._shared.reprs import notebook_html
-from .._shared.scalars import check_scalar
-from .._shared.sites import is_unknown, unit
+from .._shared.sites import check_scalar, is_unknown, unit
 
 Omega: TypeAlias = Inexact[Array, "frequency"]
 """Angular frequencies [rad/s], complex off the axis: s = i omega."""
@@ -90,7 +89,7 @@ class Law(eqx.Module):
         >>> (bp.effects.Spring(2e4) - bp.effects.Mass(0.3)).in_words()
         'mass - spring'
         """
-        from .canonical import canonical, in_words
+        from .catalogue import canonical, in_words
 
         return in_words(canonical(self.tree()))
 

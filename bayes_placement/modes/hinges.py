@@ -12,10 +12,16 @@ from .._shared.dimensions import Parameter
 from . import _cuts
 from ._cuts import Cuts
 from .beams.waveguide import Waveguide
-from .flexible_parts import FlexiblePart, with_flexible_parts
-from .interface_compliance import CompliantModes, Interface, ResidualShapes, compliant_modes
+from .changed import original_waveguide
+from .flexible_parts import (
+    CompliantModes,
+    FlexiblePart,
+    Interface,
+    ResidualShapes,
+    compliant_modes,
+    with_flexible_parts,
+)
 from .modes import AxisShapes, Coordinates, Modes
-from .original_modes import original_waveguide
 
 _ROUNDING = 1e-12  # of the mass of the structure, added where modes span a shape entirely
 

@@ -17,8 +17,8 @@ from .._shared.errors import InputError
 from ..positions.bounds import in_space
 from . import _cuts
 from .beams.waveguide import Waveguide
+from .changed import original_waveguide
 from .modes import Coordinates, Modes
-from .original_modes import original_waveguide
 from .points import Points, along, joined
 
 Vector = Sequence[object] | None

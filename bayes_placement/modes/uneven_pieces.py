@@ -9,11 +9,10 @@ from jaxtyping import Array, Float
 
 from .._shared.compiled import compiled
 from .beams.waveguide import Waveguide
-from .changed import ChangedModes, DerivedModes, changed
+from .changed import ChangedModes, DerivedModes, changed, original
 from .finite_elements.cell_masses import CELLS
 from .finite_elements.nodal_modes import NodalModes, nodal_of
 from .modes import Modes, frequencies_of
-from .original_modes import original
 
 AtPoints = Float[Array, "point mode"]
 Energies = Float[Array, "mode mode"]

@@ -4,7 +4,7 @@ from types import ModuleType
 
 import lazy_loader
 
-from .._shared.completion import offer_own
+from .._shared.reprs import offer_own
 
 _attribute, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 

@@ -2,7 +2,8 @@
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, NamedTuple, TypeAlias
+from functools import partial
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -292,3 +293,47 @@ def draw_interval(
     ends = np.quantile(posterior, INTERVAL)
     panel.plot(ends, [row, row], color=AFTER, linewidth=2.5, label=labels[1])
     panel.plot(posterior.mean(), row, "o", color=AFTER, markersize=5, label=labels[2])
+
+
+Truth = Mapping[str, float]
+Item = TypeVar("Item")
+
+
+def intervals(result: xr.DataTree, truth: Truth) -> list[Figure]:
+    """Draw `posterior.intervals` on pages."""
+    unknowns = inferred(result)
+    return [drawn_as_strips(page, truth) for page in _pages(unknowns, MOST_STRIPS)]
+
+
+def parameters(result: xr.DataTree, truth: Truth) -> list[Figure]:
+    """Draw `posterior.parameters` on pages."""
+    return _drawn(_parameters(inferred(result)), partial(draw_marginal, truth=truth))
+
+
+def placement(result: xr.DataTree, truth: Truth) -> list[Figure]:
+    """Draw `posterior.placement` on pages; position and angles of one item are rows of three."""
+    rows = [part for row in by_owner(inferred(result)) for part in rows_of(row, COLUMNS)]
+    return _drawn(rows, partial(draw_marginal, truth=truth))
+
+
+def methods(results: Mapping[str, xr.DataTree], truth: Truth) -> list[Figure]:
+    """Draw `posterior.methods` on pages."""
+    unknowns = {name: inferred(result) for name, result in results.items()}
+    rows = _parameters(next(iter(unknowns.values())))
+    return _drawn(rows, partial(draw_methods, unknowns=unknowns, truth=truth))
+
+
+def _parameters(unknowns: list[ScaledUnknown]) -> Rows:
+    """Parameters in rows: as many columns as on one page, however many pages there are."""
+    parameters = [unknown for unknown in unknowns if not unknown.is_placement]
+    is_one_page = len(parameters) <= COLUMNS * MOST_ROWS
+    return in_rows(parameters) if is_one_page else rows_of(parameters, COLUMNS)
+
+
+def _drawn(rows: Rows, draw: Callable[[Axes, ScaledUnknown], None]) -> list[Figure]:
+    return [drawn_in_rows(page, None, draw) for page in _pages(rows, MOST_ROWS)]
+
+
+def _pages(items: list[Item], count: int) -> list[list[Item]]:
+    """Parts of so many items; one without any where there are none."""
+    return [items[start : start + count] for start in range(0, max(1, len(items)), count)]

@@ -1,5 +1,6 @@
 """Tolerances in space: a box, a member, a patch of a surface, a ball; clipped to the structure."""
 
+import abc
 from typing import Any
 
 import equinox as eqx
@@ -8,11 +9,79 @@ from numpyro.distributions import Uniform
 
 from .._shared.arguments import check_annotated, finite_number
 from .._shared.errors import InputError
+from .._shared.reprs import with_short_repr
 from .._shared.sites import unit
-from ._tolerance import Tolerance, check_reach, off_structure
 from .bounds import ROUNDING, Bounds, bounds_text, box, clipped, inside, rounding_margin
-from .places import Cartesian, InBall, OnMember, OnPatch
-from .vectors import CartesianComponents, Vector, direction_of, right_angled, triple, vector
+from .places import Cartesian, InBall, OnMember, OnPatch, Position
+from .vectors import (
+    CartesianComponents,
+    Recorded,
+    Vector,
+    direction_of,
+    right_angled,
+    triple,
+    vector,
+)
+
+
+@with_short_repr
+class Tolerance(eqx.Module):
+    """Region in which something may sit; a structure makes a distribution of it.
+
+    Examples
+    --------
+    >>> isinstance(bp.positions.Segment(0.2, within=0.02), bp.positions.Tolerance)
+    True
+    """
+
+    @property
+    @abc.abstractmethod
+    def recorded(self) -> Recorded:
+        """Recorded position [m]."""
+
+    @abc.abstractmethod
+    def on(self, bounds: Bounds) -> Position:
+        """Uniform distribution of the position [m], clipped to the structure.
+
+        Raises
+        ------
+        InputError
+            If no part of the region lies on the structure, or it is larger than the structure.
+        """
+
+    @abc.abstractmethod
+    def around(self, centre: object) -> "Tolerance":
+        """Return the same tolerance about another recorded position [m]."""
+
+    @abc.abstractmethod
+    def scaled(self, factor: float) -> "Tolerance":
+        """Return a tolerance `factor` times as large about the same position.
+
+        Raises
+        ------
+        InputError
+            If it has no size to scale.
+        """
+
+
+def check_reach(tolerance: Tolerance, reach: float, bounds: Bounds) -> None:
+    """Refuse a tolerance that says nothing of the position, as millimetres taken for metres do."""
+    size = float(np.max(np.subtract(bounds[1], bounds[0])))
+    if reach > size:
+        raise InputError(
+            f"{tolerance} reaches {reach:g} m to either side, farther than the structure "
+            f"({bounds_text(bounds)}) is long; a tolerance in metres is needed: {reach / 1000:g} "
+            f"for {reach:g} mm. Where nothing is known of the position, {size:g} is enough."
+        )
+
+
+def off_structure(tolerance: Tolerance, bounds: Bounds) -> str:
+    """Say that no part of a tolerance lies on the structure."""
+    return (
+        f"{tolerance} has no point on the structure ({bounds_text(bounds)}). A position on it is "
+        "needed, in metres and in its axes."
+    )
+
 
 _OFF_AXIS = 0.1  # of the length of a member, by which a recorded position may miss its axis
 

@@ -11,8 +11,7 @@ from .._shared.arguments import check_annotated, finite_number
 from .._shared.errors import InputError
 from .._shared.sites import unit
 from ._nearest_nodes import at_nearest_node
-from ._tolerance import Tolerance, check_reach
-from ._tolerances_in_space import Ball, Box, Member, Patch
+from ._tolerances_in_space import Ball, Box, Member, Patch, Tolerance, check_reach
 from .bounds import (
     Bounds,
     bounds_text,

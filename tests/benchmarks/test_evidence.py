@@ -13,9 +13,9 @@ from scipy.special import logsumexp
 
 import bayes_placement as bp
 from bayes_placement.criticism.missing._descents import fit_alone
-from bayes_placement.inference.engines.about_mode import sampled_about
-from bayes_placement.inference.engines.randomised_maximum_likelihood import (
+from bayes_placement.inference.engines.about_mode import (
     randomised_maximum_likelihood,
+    sampled_about,
 )
 from bayes_placement.inference.residuals import Problem
 from tests.benchmarks.calibration_studies import Study, beam, frame

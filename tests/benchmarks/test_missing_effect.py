@@ -19,7 +19,7 @@ from bayes_placement.criticism.missing.improve import improve
 from bayes_placement.experiment.noise import Noise
 from bayes_placement.inference.chi2 import LEVEL
 from bayes_placement.io import case
-from bayes_placement.io.case._noise import noise_by_data
+from bayes_placement.io.case._measurement import noise_by_data
 from tests.benchmarks.missing_effects import experiment_of
 from tests.benchmarks.page import at_least, at_most
 from tests.simulator.hidden_draws import draw

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from bayes_placement.cli import _begun, _user_cache
+from bayes_placement.cli import _command, _user_cache
 from bayes_placement.cli.app import app
 from tests.cli.studies import EXPERIMENT
 
@@ -72,7 +72,7 @@ def test_a_second_run_compiles_nothing_and_two_at_once_do_no_harm(tmp_path):
 
 def test_there_is_no_cache_where_none_is_wanted(monkeypatch, tmp_path):
     used = []
-    monkeypatch.setattr(_begun, "use_compilation_cache", lambda: used.append(True))
+    monkeypatch.setattr(_command, "use_compilation_cache", lambda: used.append(True))
     for options in (("--no-cache",), ()):
         CliRunner().invoke(app, ["update", str(tmp_path / "none.py"), *options])
     assert used == [True]
@@ -128,8 +128,8 @@ def test_a_cache_that_the_user_has_chosen_is_kept(monkeypatch):
 
     chosen = jax.config.values["jax_compilation_cache_dir"]
     assert chosen  # by tests/conftest.py
-    monkeypatch.setattr(_begun, "cache_folder", lambda name: pytest.fail("not asked for"))
-    _begun.use_compilation_cache()
+    monkeypatch.setattr(_command, "cache_folder", lambda name: pytest.fail("not asked for"))
+    _command.use_compilation_cache()
     assert jax.config.values["jax_compilation_cache_dir"] == chosen
 
 
@@ -149,7 +149,7 @@ def test_short_compilations_are_kept_whoever_imports_jax_first(chosen, used, tmp
     others = {name: value for name, value in os.environ.items() if not name.startswith("JAX_")}
     code = """
         import jax
-        from bayes_placement.cli._begun import use_compilation_cache
+        from bayes_placement.cli._command import use_compilation_cache
         use_compilation_cache()
         print(jax.config.values["jax_persistent_cache_min_compile_time_secs"])
     """

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from bayes_placement._shared.errors import InputError, NumericalError, WorkerError
-from bayes_placement.cli import _begun, check
+from bayes_placement.cli import _command, check
 from bayes_placement.cli._inputs import print_data_faults
 from bayes_placement.cli._terminal import Screen
 from bayes_placement.cli.app import app
@@ -19,7 +19,7 @@ from bayes_placement.io.model import Study
 from tests.cli.studies import EXPERIMENT
 from tests.experiment.measured_bars import free_beam, measured
 
-PACKAGE = Path(_begun.__file__).parents[1]
+PACKAGE = Path(_command.__file__).parents[1]
 
 
 def run(folder, text, *options):
@@ -157,13 +157,13 @@ def test_a_missing_extra_is_named_in_one_sentence(tmp_path, monkeypatch):
 
 def test_warnings_of_numpy_are_shown_for_the_model_file_alone(tmp_path):
     out = tmp_path / "out"
-    common = _begun.Common(
+    common = _command.Common(
         tmp_path / "study.py", "check", out, False, False, False, True, False, False
     )
     log_of_zero = "numpy.log10(numpy.zeros(1))"
     with warnings.catch_warnings(record=True) as caught:
         warnings.resetwarnings()
-        with _begun.begun(common):
+        with _command.begun(common):
             exec(log_of_zero, {"__name__": "bayes_placement.frf", "numpy": np})
             assert not caught
             exec(log_of_zero, {"__name__": "_model_study", "numpy": np})

@@ -5,7 +5,7 @@ import re
 import pytest
 from typer.testing import CliRunner
 
-from bayes_placement.cli._help import GROUPS, LAWS
+from bayes_placement.cli._command import GROUPS, LAWS
 from bayes_placement.cli.app import app
 from bayes_placement.effects import EFFECTS
 

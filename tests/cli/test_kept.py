@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bayes_placement.cli import _run
-from bayes_placement.cli._kept import KeptAnswer
+from bayes_placement.cli._run import KeptAnswer
 from bayes_placement.io import model
 
 MODEL = """

@@ -13,8 +13,7 @@ import pytest
 import bayes_placement as bp
 from bayes_placement import effects
 from bayes_placement._shared.compiled import compiled
-from bayes_placement.cli._as_typed import effect_as_typed
-from bayes_placement.cli._save import CompletedModel
+from bayes_placement.cli._save import CompletedModel, effect_as_typed
 from bayes_placement.criticism.missing._estimates import EFFECTS
 from bayes_placement.criticism.missing._parameter_estimate import ParameterEstimate
 from bayes_placement.criticism.missing.fitted_model import FittedModel

@@ -8,9 +8,9 @@ from rich.console import Console
 
 import bayes_placement as bp
 from bayes_placement._shared import progress as shown_progress
-from bayes_placement._shared.advice import COMMANDS, in_commands
+from bayes_placement._shared.errors import COMMANDS, in_commands
 from bayes_placement.cli import _terminal
-from bayes_placement.design import progress as design_progress
+from bayes_placement.design.running import chunks
 from bayes_placement.inference.engines.map import _warnings as map_warnings
 
 ROWS = {
@@ -136,7 +136,7 @@ def test_a_bar_ends_when_the_next_begins_and_the_last_with_the_work(terminal):
 
 
 def test_a_bar_for_any_function(terminal, monkeypatch):
-    monkeypatch.setattr(design_progress, "progress_console", lambda: terminal)
+    monkeypatch.setattr(chunks, "progress_console", lambda: terminal)
     with bp.design.progress_bar("map") as progress:
         progress(0.5)
         progress(1.0)

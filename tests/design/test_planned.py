@@ -8,7 +8,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement._shared.compiled import compiled
-from bayes_placement.design.planned import planned
+from bayes_placement.design.next_measurement import planned
 
 LINES = np.array([40.0, 120.0, 260.0])
 COHERENCE, AVERAGES = 0.95, 16

@@ -12,7 +12,7 @@ import bayes_placement as bp
 from bayes_placement._shared.compiled import compiled
 from bayes_placement._shared.errors import InputError
 from bayes_placement._shared.sites import Role
-from bayes_placement.design.information import _modal_products
+from bayes_placement.design.information import kernel_gain
 from bayes_placement.inference import unconstrained
 from bayes_placement.io import case
 from tests.io.case.test_folder import changed, written
@@ -176,8 +176,8 @@ def test_engines_find_the_evidence_of_gains(engine):
 
 def test_products_of_modes_are_not_used_where_a_gain_is_unknown():
     known = experiment({}, ratio=dist.Uniform(0.02, 0.05))
-    assert _modal_products.factorise(known)
-    assert not _modal_products.factorise(logarithmic())
+    assert kernel_gain._factorise(known)
+    assert not kernel_gain._factorise(logarithmic())
 
 
 def test_a_case_states_the_gain_and_delay_tolerances(tmp_path):

@@ -12,7 +12,7 @@ import bayes_placement as bp
 from bayes_placement._shared.compiled import compiled
 from bayes_placement._shared.errors import InputError
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
-from bayes_placement.design.planned import planned
+from bayes_placement.design.next_measurement import planned
 from bayes_placement.experiment.observation import measured_outputs
 
 BEAM = bp.beams.beam(

@@ -38,7 +38,7 @@ def opened(monkeypatch):
 
 def test_a_cell_shows_the_page_and_its_messages_go_over_the_kernel(opened, browser):  # noqa: F811
     pytest.importorskip("anywidget", reason="anywidget is not installed: pip install anywidget")
-    from bayes_placement.explorer.notebook import widget_of
+    from bayes_placement.explorer.opened import widget_of
 
     widget, frames = widget_of(opened._server), queue.SimpleQueue()
     widget.send = lambda content, buffers: frames.put(buffers[0])
@@ -75,6 +75,6 @@ def test_a_cell_shows_the_page_and_its_messages_go_over_the_kernel(opened, brows
 
 
 def test_without_anywidget_the_address_is_shown(opened, monkeypatch):
-    monkeypatch.setattr("bayes_placement.explorer.notebook.find_spec", lambda name: None)
+    monkeypatch.setattr("bayes_placement.explorer.opened.find_spec", lambda name: None)
     assert opened._repr_mimebundle_() is None  # then a notebook asks for HTML
     assert opened.address in opened._repr_html_()

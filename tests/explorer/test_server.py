@@ -433,7 +433,7 @@ def compiled_responses():
 @pytest.mark.long
 def test_only_structures_that_were_last_used_stay_compiled(page, monkeypatch):
     """Undo among them compiles nothing; the curves of others are compiled anew, and the same."""
-    monkeypatch.setattr("bayes_placement.explorer.last_used.MOST", 2)
+    monkeypatch.setattr("bayes_placement.explorer.response.MOST", 2)
     programs = programs_kept(2)
     monkeypatch.setattr("bayes_placement.explorer.response.PROGRAMS", programs)
     opened = bp.explore(small.experiment(), small.measured(), browser=False)

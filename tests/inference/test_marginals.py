@@ -12,7 +12,7 @@ import bayes_placement as bp
 from bayes_placement._shared.sites import substitute
 from bayes_placement.inference import unconstrained
 from bayes_placement.inference.infer import InferenceWarning
-from bayes_placement.inference.marginals import kernel_density
+from bayes_placement.inference.marginals import kde
 from models import bar
 
 KEY = jax.random.PRNGKey(4)
@@ -112,7 +112,7 @@ def test_variances_of_kernel_and_noise_add():
     sigma = 0.02
     experiment = bar.placed(0.25, 0.30, bp.noise.Gaussian(sigma), frequency=[100.0, 300.0])
     data = experiment.data(experiment.nominal_measurement())
-    density = kernel_density.KernelDensity(data, KEY, 20)
+    density = kde.KernelDensity(data, KEY, 20)
     placed = at_ratios(experiment)
     centres, variance = density._kernels(placed, density._placements(placed))
     # Neither variance is negligible.
@@ -125,14 +125,14 @@ def test_variances_of_kernel_and_noise_add():
 def test_the_width_of_kernels_is_that_of_scipy():
     draws = np.random.default_rng(0).standard_normal((3, 50))
     expected = gaussian_kde(draws, "silverman").factor
-    assert kernel_density.silverman_width(50, 3) == pytest.approx(expected, rel=1e-12)
+    assert kde.silverman_width(50, 3) == pytest.approx(expected, rel=1e-12)
 
 
 def test_soize_kernels_keep_mean_and_variance_of_the_draws():
     experiment = at_ratios(bar.placed(0.25, 0.30, None))
     data = experiment.data(experiment.nominal_measurement())
     for kernel, keeps in (("soize", True), ("silverman", False)):
-        density = kernel_density.KernelDensity(data, KEY, 400, kernel, None, True)
+        density = kde.KernelDensity(data, KEY, 400, kernel, None, True)
         places = density._placements(experiment)
         z = np.asarray(jax.vmap(lambda v: substitute(experiment, v).predict())(places))
         centres, variance = density._kernels(experiment, places)
@@ -147,7 +147,7 @@ def test_a_kernel_estimate_is_a_density_in_one_dimension():
     experiment = at_ratios(bar.placed(0.25, 0.30, None, frequency=[150.0]))
     grid = np.linspace(-6.0, 0.0, 4001)
     template = experiment.data(experiment.nominal_measurement())
-    density = kernel_density.KernelDensity(template, KEY, 300, "soize", None, True)
+    density = kde.KernelDensity(template, KEY, 300, "soize", None, True)
     places = density._placements(experiment)
     centres, variance = density._kernels(experiment, places)
     values = norm.pdf(grid[:, None], np.ravel(centres), np.sqrt(np.ravel(variance))).mean(axis=1)

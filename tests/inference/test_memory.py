@@ -10,7 +10,7 @@ import pytest
 import bayes_placement as bp
 from bayes_placement._shared.compiled import compiled
 from bayes_placement._shared.errors import InfeasibleError
-from bayes_placement.inference import cross_check, memory
+from bayes_placement.inference import batches, cross_check
 from bayes_placement.inference.infer import InferenceWarning, memory_needed
 from models import bar
 
@@ -22,14 +22,14 @@ def test_arrays_count_from_where_they_are_computed_to_their_last_use():
         return jnp.sum(second * 3)
 
     size = 8 * 100 * 1000
-    assert 2 * size <= memory.working_bytes(compiled(chain).bound(), jnp.zeros(1000)) < 2.1 * size
+    assert 2 * size <= batches.working_bytes(compiled(chain).bound(), jnp.zeros(1000)) < 2.1 * size
 
 
 def test_bodies_of_loops_count_once():
     def loop(x):
         return jax.lax.fori_loop(0, 1000, lambda _, y: jnp.sum(jnp.ones((1000, 1000))) + y, x)
 
-    assert 8e6 <= memory.working_bytes(compiled(loop).bound(), jnp.zeros(())) < 2.5e7
+    assert 8e6 <= batches.working_bytes(compiled(loop).bound(), jnp.zeros(())) < 2.5e7
 
 
 def kernel_matrix(x):
@@ -39,24 +39,24 @@ def kernel_matrix(x):
 
 def test_what_is_known_beforehand_bounds_what_the_compiler_needs():
     built = jax.jit(kernel_matrix).lower(jnp.ones(())).compile().memory_analysis()
-    known = memory.working_bytes(compiled(kernel_matrix).bound(), jnp.ones(()))
+    known = batches.working_bytes(compiled(kernel_matrix).bound(), jnp.ones(()))
     assert built.temp_size_in_bytes <= 1.2 * known
     assert known < 20 * built.temp_size_in_bytes
 
 
 def test_batches_are_as_large_as_memory_allows(monkeypatch):
-    size = memory.working_bytes(compiled(kernel_matrix).bound(), jnp.ones(()))
+    size = batches.working_bytes(compiled(kernel_matrix).bound(), jnp.ones(()))
     for count, expected in ((3.5, 3), (0.5, 1), (1000, 50)):
-        monkeypatch.setattr(memory, "MOST_BYTES", int(count * size))
+        monkeypatch.setattr(batches, "MOST_BYTES", int(count * size))
         assert (
-            memory.affordable_batch(compiled(kernel_matrix).bound(), jnp.ones(()), 50) == expected
+            batches.affordable_batch(compiled(kernel_matrix).bound(), jnp.ones(()), 50) == expected
         )
 
 
 @pytest.mark.parametrize("batch", [3, 7, 100])
 def test_batches_change_no_values(batch):
     x = jnp.linspace(0.0, 1.0, 7)
-    values = jax.jit(lambda x: memory.mapped(jnp.sin, x, batch))(x)
+    values = jax.jit(lambda x: batches.mapped(jnp.sin, x, batch))(x)
     np.testing.assert_allclose(values, np.sin(x), rtol=1e-15)
 
 
@@ -65,7 +65,7 @@ def test_engines_keep_to_the_memory(monkeypatch):
     engine = bp.engines.SMC(particles=80, populations=2, moves=3)
     results = []
     for most in (1 << 29, 200_000):
-        monkeypatch.setattr(memory, "MOST_BYTES", most)
+        monkeypatch.setattr(batches, "MOST_BYTES", most)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", InferenceWarning)  # few particles do not mix
             results.append(bp.infer(bar.experiment, bar.measurement, engine=engine))

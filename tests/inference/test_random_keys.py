@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from bayes_placement.inference.random_keys import integer_seed, jax_key, recorded_seed
+from bayes_placement.inference.record import integer_seed, jax_key, recorded_seed
 
 SAME = [3, np.int64(3), np.uint8(3), jnp.int32(3), jax.random.PRNGKey(3), jax.random.key(3)]
 

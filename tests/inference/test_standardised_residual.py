@@ -9,7 +9,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement._shared.compiled import compiled
-from bayes_placement.inference.standardised_residual import (
+from bayes_placement.inference.output_residuals import (
     LEAST_RATIO,
     LOGARITHMIC_ERROR,
     standardised_residual,

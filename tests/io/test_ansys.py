@@ -73,7 +73,7 @@ def test_matrices_and_results_are_not_confused():
 
 SPRINGS = """
 import numpy as np
-def read(path):
+def read(path, extra):
     if path.endswith(".rst"):
         arrays = dict(np.load({modes!r}))
         return arrays, {{"units": "SI", "directions": ["UX", "UY", "UZ"]}}
@@ -116,7 +116,7 @@ def answered(tmp_path, monkeypatch):
         np.savez(tmp_path / "modes.npz", **modes)
         names = {key: str(tmp_path / f"{key}.npz") for key in ("modes", "matrices")}
         (tmp_path / "reader.py").write_text(SPRINGS.format(units=units, **names))
-        monkeypatch.setattr(ansys, "_READER", tmp_path / "reader.py")
+        monkeypatch.setattr(_reader_process, "_LIBRARIES", tmp_path / "reader.py")
         monkeypatch.setattr(_reader_process, "is_installed", lambda library: True)
         for name in ("job.rst", "job.full"):
             (tmp_path / name).touch()

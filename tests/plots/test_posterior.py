@@ -10,7 +10,7 @@ import xarray as xr
 import bayes_placement as bp
 from bayes_placement._shared.compiled import compiled
 from bayes_placement.inference.bands import phase_band
-from bayes_placement.plots import _posterior_pages
+from bayes_placement.plots import _marginal_panels
 
 methods = bp.plots.posterior.methods
 FREQUENCY = np.array([10.0, 20.0, 40.0, 80.0])
@@ -406,13 +406,13 @@ def test_places_of_many_sensors_are_no_higher_than_a_page():
 
 
 PAGES = {
-    "intervals": (_posterior_pages.intervals, many_parameters(40), [18, 18, 4]),
-    "parameters": (_posterior_pages.parameters, many_parameters(61), [24, 24, 13]),
-    "few parameters": (_posterior_pages.parameters, many_parameters(2), [2]),
-    "placement": (_posterior_pages.placement, many_places(10), [8, 2]),
-    "placement in space": (_posterior_pages.placement, many_places(5, "xyzabc"), [24, 6]),
+    "intervals": (_marginal_panels.intervals, many_parameters(40), [18, 18, 4]),
+    "parameters": (_marginal_panels.parameters, many_parameters(61), [24, 24, 13]),
+    "few parameters": (_marginal_panels.parameters, many_parameters(2), [2]),
+    "placement": (_marginal_panels.placement, many_places(10), [8, 2]),
+    "placement in space": (_marginal_panels.placement, many_places(5, "xyzabc"), [24, 6]),
     "methods": (
-        lambda tree, truth: _posterior_pages.methods({"one": tree, "two": tree}, truth),
+        lambda tree, truth: _marginal_panels.methods({"one": tree, "two": tree}, truth),
         many_parameters(61),
         [24, 24, 13],
     ),
@@ -435,7 +435,7 @@ def test_a_command_draws_many_unknowns_on_pages(name):
 
 
 def test_a_page_of_nothing_says_so():
-    (page,) = _posterior_pages.placement(many_parameters(2), {})
+    (page,) = _marginal_panels.placement(many_parameters(2), {})
     assert drawn(page).axes[0].texts[0].get_text() == "nothing of this kind is unknown"
 
 

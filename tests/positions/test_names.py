@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 import bayes_placement as bp
 from bayes_placement._shared.errors import InputError
-from bayes_placement.modes.finite_elements._part_factors import NamedMatrices
+from bayes_placement.modes.finite_elements.affine_modes import NamedMatrices
 from bayes_placement.plots._figures import panels
 
 UNPRINTABLE = ["a\0", "s1\x1b[2J", "a\nb", "s\udcff", "a\u202eb", "\u200b", " ", "a" * 101]

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.special import ndtri
 
-from ..._shared import advice
+from ..._shared.errors import BASELINE, BEGUN_AT_MORE, SIZES_OF_ERRORS
 from ..._shared.sites import Role
 from ...effects.library import kind_of
 from ...effects.over import OverExtent
@@ -76,7 +76,7 @@ def _sizes_at_bounds(hypothesis: Hypothesis) -> Iterator[str]:
         yield (
             f"The model error ended at the upper edge of its prior ({', '.join(at_edge)}): a "
             "larger one is no rival then, so that effects are claimed too easily. Look at the "
-            f"model first; or widen that prior of {advice.SIZES_OF_ERRORS.python}."
+            f"model first; or widen that prior of {SIZES_OF_ERRORS.python}."
         )
 
 
@@ -89,7 +89,7 @@ def _one_state_of_modes(hypothesis: Hypothesis) -> Iterator[str]:
             "A model error explains the modes of this one state, which do not tell it from a "
             "change of the structure: a mode has one frequency, and either moves it. Give modes of "
             "an earlier state, between which and these a model error cancels: "
-            f"{advice.BASELINE.python}."
+            f"{BASELINE.python}."
         )
 
 
@@ -117,7 +117,7 @@ def _reached_once(hypothesis: Hypothesis) -> Iterator[str]:
     if hypothesis.fit.reached == 1 and len(hypothesis.near) > 1 and not hypothesis.has_errors:
         yield (
             f"Only one of {len(hypothesis.near)} starts reached the best fit, so a better one may "
-            f"exist; {advice.BEGUN_AT_MORE.python} begins at more."
+            f"exist; {BEGUN_AT_MORE.python} begins at more."
         )
 
 

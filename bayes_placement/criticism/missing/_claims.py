@@ -10,7 +10,7 @@ from ..._shared.sites import is_unknown
 from ...effects.effect import AtPlace, Effect, NetworkAttachment
 from ...effects.library import EFFECTS, kind_of
 from ...effects.registry import inserted, modulus
-from ...laws.canonical import canonical
+from ...laws.catalogue import canonical
 from ...laws.law import Law, Scaled
 from ._estimates import PERCENTILES, drawn_places, estimates, laplace
 from ._hypotheses import Hypothesis

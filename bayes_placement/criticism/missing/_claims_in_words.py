@@ -7,7 +7,7 @@ import numpy as np
 
 from ..._shared.files import Json
 from ...inference.units import probability_in_words
-from ...laws.canonical import WORDS
+from ...laws.catalogue import WORDS
 from ...laws.law import Element, Group, Law, Scaled
 from ...laws.symbols import Number, numbers
 from ...laws.typed import typed

@@ -16,7 +16,7 @@ from ..._shared.parts import nothing
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...experiment.observe import Complex
-from ...inference.standardised_residual import LOGARITHMIC_ERROR
+from ...inference.output_residuals import LOGARITHMIC_ERROR
 from ..reach._left_out import LeftOut
 from ..screening_lines import at_sample, at_screening_lines, sample
 from ._fitted_candidates import best_variants, extended, fits_of_channels, relocated, without

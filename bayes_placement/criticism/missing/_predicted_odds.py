@@ -6,8 +6,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from ...effects.effect import Effect
-from ...inference.engines.empirical_bayes import SHORT
-from ...inference.engines.sizes_of_errors import LinearModel
+from ...inference.engines.empirical_bayes import SHORT, LinearModel
 from ...inference.residuals import Problem, fields_of
 from ._compiled_ahead import compiled_ahead
 from ._hypotheses import Hypothesis

@@ -16,8 +16,8 @@ from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...effects.swapped import Swapped
 from ...experiment.observe import Complex
+from ...inference.output_residuals import LOGARITHMIC_ERROR
 from ...inference.residuals import Problem
-from ...inference.standardised_residual import LOGARITHMIC_ERROR
 from ..screening_lines import at_screening_lines
 from ._at_channels import data_of
 from ._hypotheses import Hypothesis, linear_logarithmic

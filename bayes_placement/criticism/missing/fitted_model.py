@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..._shared import advice
+from ..._shared.errors import SAMPLED
 from ..._shared.files import Json
 from ..._shared.reprs import with_short_repr
 from ...effects.beyond_prior import BeyondPrior
@@ -239,7 +239,7 @@ def not_sampled(hypothesis: Hypothesis, sampled: Sampled) -> tuple[str, ...]:
         return ()
     return (
         "Intervals are those of a Gaussian about the best fit, although the posterior is none: "
-        f"these data tell less than they say. {advice.SAMPLED.python} samples it, in minutes.",
+        f"these data tell less than they say. {SAMPLED.python} samples it, in minutes.",
     )
 
 

@@ -24,7 +24,7 @@ from ...experiment.model_error import Embedded
 from ...experiment.variants import as_measured
 from ...inference.chi2 import LEVEL
 from ...inference.record import record
-from ...positions.names import printable_name
+from ...positions.channel import printable_name
 from ..kept_fits import fits_kept_in
 from ._alternatives import alternatives
 from ._candidates import candidates_of, check_experiment

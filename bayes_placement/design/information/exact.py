@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
-from ...inference.marginals.nested_quadrature import NestedQuadrature, check, nested_nodes
+from ...inference.marginals.quadrature import NestedQuadrature, check, nested_nodes
 from . import _sampling
 from ._prior_knowledge import prior_knowledge
 from .estimator import (

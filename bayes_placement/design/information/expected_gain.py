@@ -11,8 +11,8 @@ from jaxtyping import Array, Float
 
 from ...experiment.experiment import Experiment
 from . import _sampling
+from ._kernel_densities import TangentKernels
 from ._prior_knowledge import IndependentPriors, PosteriorDraws, PriorKnowledge, prior_knowledge
-from ._tangent_kernels import TangentKernels
 from .estimator import (
     Gain,
     GainAboutParameters,

@@ -1,4 +1,9 @@
-"""The paper's estimate of the information gain (Table 1), by kernel densities of the response."""
+"""The paper's estimate of the information gain (Table 1), by kernel densities of the response.
+
+For known modes FRFs are sums of products of shapes and spectra. The first factor of each depends on
+the placement only, the second on the damping only: so the FRFs of many dampings and many placements
+are one product of matrices.
+"""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeVar
@@ -7,15 +12,20 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Complex, Float
 
 from ..._shared.arguments import check_fields
 from ..._shared.compiled import compiled
 from ..._shared.errors import InfeasibleError, InputError
+from ..._shared.sites import Owner
+from ...effects.effect import Modulus
 from ...experiment.experiment import Experiment
-from ...inference.marginals.kernel_density import KERNELS, Kernel, kernel
-from . import _modal_products, _sampling
-from ._kernel_density import log_density
+from ...experiment.frf import modal_receptance
+from ...inference.marginals.kde import KERNELS, Kernel, kernel
+from ...modes.beams.waveguide import many_phases
+from ...modes.points import Points, joined
+from . import _sampling
+from ._kernel_densities import log_density
 from ._prior_knowledge import prior_knowledge
 from .estimator import Gain, GainAboutParameters, Plan, Values, divergence, placement_distributions
 
@@ -107,7 +117,7 @@ class KernelGain(GainAboutParameters):
         draws = _Draws(parameters, _sampling.scores(self.sampling, *sizes, seed + 1))
         unknown = experiment.unknown
         no_position_known = not any(unknown[name].is_of_transducer for name in knowledge.names)
-        if no_position_known and _modal_products.factorise(experiment):
+        if no_position_known and _factorise(experiment):
             return _by_products(experiment, draws, self._kernel())
         return _ByResponses(draws, self._kernel())
 
@@ -159,9 +169,7 @@ class _ByProducts(eqx.Module):
         def replicate(inputs: tuple[Array, Array]) -> Float[Array, "draw"]:
             scores, varying = inputs
             positions = _sampling.values(placed, scores)
-            residues = jax.vmap(
-                lambda values: _modal_products.residues(at.fix(values)), out_axes=-1
-            )(positions)
+            residues = jax.vmap(lambda values: _residues(at.fix(values)), out_axes=-1)(positions)
             scaled = (residues * (unit / self.scales)[:, None]).astype(jnp.float32)
             scaled = jax.lax.optimization_barrier(scaled)  # not to be computed for each batch
             return _log_likelihoods(at, scaled, varies, (varying, self.constant), target)
@@ -244,7 +252,7 @@ def _spectra_of_draws(experiment: Experiment, parameters: dict[str, Array]) -> A
     """Spectra [replicate, draw, product, frequency]."""
 
     def spectra(values: dict[str, Array]) -> Array:
-        return _modal_products.spectra(experiment.fix(values))
+        return _spectra(experiment.fix(values))
 
     return jax.vmap(jax.vmap(spectra))(parameters)
 
@@ -308,3 +316,56 @@ def _summed(
     for line, residue in zip(spectrum, residues, strict=True):
         total = total + line[:, None] * residue[:, :, None]
     return total
+
+
+def _factorise(experiment: Experiment) -> bool:
+    """Return whether FRFs are such products: no attachments, and all modes known."""
+    structure = experiment.structure
+    if experiment.instrument_effects:
+        return False
+    if experiment.model_error is not None:
+        return False
+    if structure.attachments or structure.amplitude_attachments or _recording(experiment):
+        return False
+    moduli = [Owner("effects", modulus.name) for modulus in structure.of_kind(Modulus)]
+    owners = [unknown.owner for unknown in experiment.unknowns if not unknown.is_of_transducer]
+    return all(owner in (Owner("damping"), *moduli) for owner in owners)
+
+
+def _recording(experiment: Experiment) -> bool:
+    """Tell whether a gain or a delay of a transducer is not exact."""
+    transducers = [*experiment.sensor.values(), *experiment.actuator.values()]
+    return any(
+        transducer.gain is not None or transducer.delay is not None for transducer in transducers
+    )
+
+
+def _residues(experiment: Experiment) -> Float[Array, "sensor actuator product"]:
+    """Products of shapes [1/kg], and the static flexibility [m/N] where it is known."""
+    modes = experiment.structure.proper_modes()
+    read, driven = (_points(side, modes.axes) for side in (experiment.sensor, experiment.actuator))
+    with many_phases():
+        shapes = read.shapes(modes)[:, None] * driven.shapes(modes)
+    static = read.static_flexibility(modes, driven)
+    return shapes if static is None else jnp.concatenate([shapes, static[..., None]], axis=-1)
+
+
+def _spectra(experiment: Experiment) -> Complex[Array, "product frequency"]:
+    """FRF of the observed quantity for a unit residue, for known damping."""
+    omega = 2 * jnp.pi * jnp.asarray(experiment.frequency)
+    factors = modal_receptance(experiment.structure, experiment.structure.proper_modes(), omega)
+    products = factors.modal
+    if _has_static_flexibility(experiment):
+        products = jnp.concatenate([factors.beyond_static, factors.relative_compliance[None]])
+    return experiment.observe.frf(products[:, None] + 0j, omega)[:, 0]
+
+
+def _has_static_flexibility(experiment: Experiment) -> bool:
+    nominal = experiment.nominal()
+    products = jax.eval_shape(lambda: _residues(nominal)).shape[-1]
+    modes = jax.eval_shape(lambda: nominal.structure.proper_modes().angular_frequency()).shape[0]
+    return bool(products > modes)
+
+
+def _points(side: dict, axes: tuple[int, ...]) -> Points:
+    return joined([transducer.points(axes) for transducer in side.values()])

@@ -16,8 +16,8 @@ from ..._shared.errors import InputError
 from ...experiment.experiment import Experiment
 from ...inference.alternative_explanation import Alternative
 from . import _sampling
+from ._kernel_densities import TangentKernels, responses
 from ._prior_knowledge import IndependentPriors, PosteriorDraws, prior_knowledge
-from ._tangent_kernels import TangentKernels, responses
 from .estimator import (
     Estimator,
     Gain,

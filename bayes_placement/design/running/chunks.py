@@ -6,7 +6,8 @@ So another process can compute a chunk, and a later run recognises a chunk that 
 import functools
 import pickle
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
 from typing import NamedTuple
 
@@ -15,8 +16,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from ..._shared.arguments import arguments_checked
 from ..._shared.compiled import compiled
 from ..._shared.errors import InputError, WorkerError
+from ..._shared.progress import Progress, progress_bars, progress_console
 from ...experiment.content_hash import content_hash
 from ...experiment.experiment import Experiment
 from .._candidates import Candidates, Stack, placed
@@ -208,3 +211,22 @@ def _gains(
 def _candidate(stack: Stack, number: int | Int[Array, ""]) -> Stack:
     """Position distributions and nominal position of one candidate."""
     return jax.tree.map(lambda leaf: leaf[number], stack)
+
+
+@arguments_checked
+@contextmanager
+def progress_bar(task: str = "computed") -> Iterator[Progress]:
+    """Show a bar with the time left; a context manager, for `progress=` of any function.
+
+    Parameters
+    ----------
+    task
+        Text before the bar.
+
+    Examples
+    --------
+    >>> with bp.design.progress_bar("places") as progress:
+    ...     learnt = bp.information_map(experiment, places, estimator=estimator, progress=progress)
+    """
+    with progress_bars(progress_console(), [task]) as begin:
+        yield begin(task)

@@ -21,7 +21,7 @@ from ...experiment.array_store import ArrayStore
 from ...experiment.content_hash import content_hash
 from ...experiment.experiment import Experiment
 from ...experiment.variants import with_lines
-from ...inference.random_keys import integer_seed
+from ...inference.record import integer_seed
 from .._candidates import Candidates
 from ..information.estimator import Estimator, InformationWarning, Values
 from ..information.expected_gain import ExpectedGain

@@ -17,13 +17,7 @@ class Exhaustive(Search):
     """
 
     def trials(self, space: SearchSpace) -> Trials:
-        """Try all allowed combinations.
-
-        Raises
-        ------
-        InputError
-            If none is allowed.
-        """
+        """Try all allowed combinations."""
         candidates = space.candidates()
         groups = space.groups(candidates)
 

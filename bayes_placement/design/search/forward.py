@@ -40,13 +40,7 @@ class Forward(Search):
     """
 
     def trials(self, space: SearchSpace) -> Trials:
-        """Add one transducer after the other.
-
-        Raises
-        ------
-        InputError
-            If none is allowed.
-        """
+        """Add one transducer after the other."""
         candidates = {transducer.name: transducer for transducer in space.candidates()}
         groups = space.groups(list(candidates.values()))
         current = _as_mounted(space)

@@ -36,13 +36,7 @@ class Sequential(Search):
         check_count("rounds", self.rounds, 1, "design.Sequential(rounds=5)")
 
     def trials(self, space: SearchSpace) -> Trials:
-        """Try the places of one transducer after the other.
-
-        Raises
-        ------
-        InputError
-            If none is allowed.
-        """
+        """Try the places of one transducer after the other."""
         candidates = space.candidates()
 
         def move_each(evaluation: Evaluation, selection: Selection) -> Trials:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...positions.names import look_alike
+from ...positions.channel import look_alike
 from .._noise_level import FEWEST_LINES
 from ..observe import LogAmplitude
 from .record import Fault, Pair, Record

@@ -13,7 +13,7 @@ from blackjax.mcmc import hmc
 from jaxtyping import Array, Float
 
 from ..._shared.dimensions import Key
-from ..memory import mapped
+from ..batches import mapped
 from .engine import Draws, Flat, Scalar
 
 MANY = 12

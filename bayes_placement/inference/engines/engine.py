@@ -14,8 +14,8 @@ from ..._shared.dimensions import Key
 from ..._shared.progress import Progress
 from ..._shared.reprs import with_short_repr
 from .._quadrature_rules import Interval
+from ..batches import affordable_batch, working_bytes
 from ..estimates import Given
-from ..memory import affordable_batch, working_bytes
 from .empirical_bayes import Hierarchy
 from .least_squares import LeastSquares
 
@@ -123,9 +123,10 @@ class Engine(eqx.Module):
             compiled(log_likelihood).bound(posterior), jnp.zeros(posterior.dimension)
         )
 
-    @abc.abstractmethod
     def settings(self) -> Settings:
-        """What determines the result, for the record."""
+        """Name, sizes and options, for the record; how much is done at once changes no result."""
+        options = {name: value for name, value in vars(self).items() if name != "batch"}
+        return {"engine": type(self).__name__, **options}
 
 
 def log_likelihood(posterior: PosteriorDensity, vector: Flat) -> Scalar:

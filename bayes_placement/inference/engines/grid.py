@@ -7,14 +7,13 @@ import equinox as eqx
 import numpy as np
 from scipy.special import logsumexp
 
-from ..._shared.advice import MORE_NODES, SMC
 from ..._shared.arguments import check_count
 from ..._shared.dimensions import Key
-from ..._shared.errors import InfeasibleError
+from ..._shared.errors import MORE_NODES, SMC, InfeasibleError
 from ..._shared.progress import Progress
 from .._quadrature_rules import Interval, legendre
 from ..estimates import LEAST_NODES, effective_size
-from .engine import Box, Engine, EngineDraws, PosteriorDensity, Settings, log_likelihoods_in_batches
+from .engine import Box, Engine, EngineDraws, PosteriorDensity, log_likelihoods_in_batches
 from .importance import weighted
 
 MOST_NODES = 1_000_000
@@ -93,10 +92,6 @@ class Grid(Engine):
         edges = np.concatenate([node, [1.0, 0.0]])  # the places -1 and n stand for the ends
         low, high = part
         return tuple(low + (high - low) * edges[[first, last]])  # type: ignore[return-value]
-
-    def settings(self) -> Settings:
-        """Name and number of nodes."""
-        return {"engine": "Grid", "nodes": self.nodes}
 
 
 def _part_of_progress(progress: Progress, level: int) -> Progress:

@@ -18,7 +18,6 @@ from .engine import (
     EngineDraws,
     PerDraw,
     PosteriorDensity,
-    Settings,
     log_likelihoods_in_batches,
 )
 
@@ -56,10 +55,6 @@ class Importance(Engine):
         likelihood = log_likelihoods_in_batches(posterior, vectors, batch, progress)
         equal = jnp.full(self.draws, -jnp.log(self.draws))
         return _diagnosed(weighted(vectors, likelihood, equal))
-
-    def settings(self) -> Settings:
-        """Name and number of draws."""
-        return {"engine": "Importance", "draws": self.draws}
 
 
 def weighted(vectors: Draws, likelihood: PerDraw, log_prior_weight: PerDraw) -> EngineDraws:

@@ -230,3 +230,32 @@ def standard_normal(points: ParameterPoints) -> Terms:
     """Standard normal prior, but for its constant."""
     half_squares = 0.5 * np.einsum("bi,bi->b", points, points)
     return Terms(half_squares, points, np.eye(points.shape[1]))
+
+
+GENERATIONS = 300
+"""Most generations."""
+
+
+def evolved(
+    costs: Callable[[ParameterPoints], np.ndarray], starts: ParameterPoints, seed: int
+) -> np.ndarray:
+    """Return the point of the least cost that a population reaches [unknown].
+
+    Differential evolution from a population of starts (Storn and Price 1997). A cost that is not
+    a number counts as infinite. Points stay within a width of the first population on either
+    side.
+    """
+    width = np.ptp(starts, axis=0)
+    from scipy import optimize  # it takes long to import
+
+    best = optimize.differential_evolution(
+        lambda vectors: np.nan_to_num(costs(vectors.T), nan=np.inf),
+        list(zip(starts.min(0) - width, starts.max(0) + width, strict=True)),
+        init=starts,
+        vectorized=True,
+        updating="deferred",
+        polish=False,
+        rng=seed,
+        maxiter=GENERATIONS,
+    )
+    return best.x

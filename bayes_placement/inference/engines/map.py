@@ -10,18 +10,16 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..._shared.advice import MORE_STARTS
 from ..._shared.arguments import check_count
 from ..._shared.compiled import compiled
 from ..._shared.dimensions import Key
-from ..._shared.errors import InputError
+from ..._shared.errors import MORE_STARTS, InputError
 from ..._shared.progress import Progress
 from ..estimates import GOOD_PARETO_K, Given, pareto_k
-from .differential_evolution import evolved
 from .empirical_bayes import Hierarchy, Sized, fitted_with_sizes
 from .engine import Draws, Engine, EngineDraws, Flat, PerDraw, PosteriorDensity, Scalar, Settings
 from .laplace import Laplace, laplace
-from .least_squares import NormalEquations, ParameterPoints, SquaresAndPrior, Terms
+from .least_squares import NormalEquations, ParameterPoints, SquaresAndPrior, Terms, evolved
 from .levenberg_marquardt import LARGEST, Objective, minimise
 from .mode_with_sizes import evolved_without_errors, mode_with_sizes, near_modes
 

@@ -12,9 +12,8 @@ from jaxtyping import Array, Float
 
 from ..._shared.sites import Unknown
 from ..coordinates import Coordinates
-from .differential_evolution import evolved
 from .empirical_bayes import Ends, Hierarchy, Sized, bounds_of_log, log_density
-from .least_squares import ParameterPoints
+from .least_squares import ParameterPoints, evolved
 from .levenberg_marquardt import minimise
 
 NEAR, STEPS, FOLLOWED = 10, 100, 6

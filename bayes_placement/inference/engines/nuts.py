@@ -13,7 +13,7 @@ from ..._shared.arguments import check_count, check_fields, check_positive
 from ..._shared.compiled import compiled
 from ..._shared.dimensions import Key
 from ..._shared.progress import Progress
-from .engine import Engine, EngineDraws, Flat, Positions, PosteriorDensity, Scalar, Settings
+from .engine import Engine, EngineDraws, Flat, Positions, PosteriorDensity, Scalar
 
 Start = Float[Array, "chain unknown"]
 PerDraw = Float[Array, "chain draw"]
@@ -156,11 +156,6 @@ class NUTS(Engine):
                 else (_words_on_stop(r_hat, stopped, self.warmup + self.draws),)
             ),
         )
-
-    def settings(self) -> Settings:
-        """Name and sizes."""
-        sizes: Settings = {"chains": self.chains, "warmup": self.warmup, "draws": self.draws}
-        return {"engine": "NUTS", **sizes, "target_accept": self.target_accept}
 
 
 def _potential(posterior: PosteriorDensity, flat: Flat) -> Scalar:

@@ -20,9 +20,9 @@ from ..._shared.compiled import compiled
 from ..._shared.dimensions import Key
 from ..._shared.errors import InputError
 from ..._shared.progress import Progress
-from ..memory import affordable_batch, mapped
+from ..batches import affordable_batch, mapped
 from . import _trajectories as trajectories
-from .engine import Engine, EngineDraws, Flat, PosteriorDensity, Scalar, Settings, log_likelihood
+from .engine import Engine, EngineDraws, Flat, PosteriorDensity, Scalar, log_likelihood
 
 State: TypeAlias = random_walk.RWState
 Jump = Callable[[Key, Flat], Flat]
@@ -212,13 +212,6 @@ class SMC(Engine):
             attributes={"temperatures": max(steps)},
             warnings=_warnings(r_hat, stuck, self.populations),
         )
-
-    def settings(self) -> Settings:
-        """Name and sizes."""
-        sizes: Settings = {"particles": self.particles, "populations": self.populations}
-        return {"engine": "SMC", **sizes, "moves": self.moves, "target_ess": self.target_ess} | {
-            "prior_draws": self.prior_draws
-        }
 
 
 def _moved_at_once(posterior: PosteriorDensity, size: int, batch: int) -> int:

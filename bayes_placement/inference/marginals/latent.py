@@ -7,7 +7,6 @@ from ..._shared.sites import Unknown
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from ..engines.empirical_bayes import Hierarchy
-from ..engines.engine import Settings
 from ..engines.least_squares import LeastSquares
 from ..residuals import Problem, sizes_of
 from .marginal import Marginal, Model
@@ -56,7 +55,3 @@ class Latent(Marginal):
     def placement(self, experiment: Experiment, data: Data, key: Key) -> None:
         """Nothing was integrated."""
         return
-
-    def settings(self) -> Settings:
-        """Only the name."""
-        return {"marginal": "Latent"}

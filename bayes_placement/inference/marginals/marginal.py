@@ -75,9 +75,13 @@ class Marginal(eqx.Module):
             )
         return None
 
-    @abc.abstractmethod
     def settings(self) -> Settings:
-        """What determines the result, for the record."""
+        """Name, sizes and options, which determine the result, for the record."""
+        options = {
+            f"marginal_{name}": value if isinstance(value, str) else int(value or 0)
+            for name, value in vars(self).items()
+        }
+        return {"marginal": type(self).__name__, **options}
 
 
 def integrated(marginal: Marginal, experiment: Experiment) -> dict[str, Distribution]:
@@ -118,3 +122,19 @@ class IntegratedModel(eqx.Module):
         """Sample what is not integrated, and weight it by the likelihood."""
         realised = realise(self.experiment, where=lambda u: not self.marginal.integrates(u))
         numpyro.factor(MEASURED, self.likelihood.log_likelihood(realised))
+
+
+class IntegratingMarginal(Marginal):
+    """A marginal with a likelihood of its own, integrated over what it takes out."""
+
+    @abc.abstractmethod
+    def likelihood(self, experiment: Experiment, data: Data, key: Key) -> IntegratedLikelihood:
+        """Likelihood, integrated over placement."""
+
+    def model(self, experiment: Experiment, data: Data, key: Key) -> Model:
+        """Return a model in which only what is not integrated is sampled."""
+        return IntegratedModel(self, experiment, self.likelihood(experiment, data, key))
+
+    def placement(self, experiment: Experiment, data: Data, key: Key) -> DrawPlacement:
+        """Draw placements in proportion to their share of the likelihood."""
+        return self.likelihood(experiment, data, key).draw_placement

@@ -9,7 +9,7 @@ from ..._shared.errors import InputError
 from .. import _contents, _reader_process
 from .._gate import check_limit, existing, most, reading
 from .._npz_archive import NpzArchive, array_in
-from . import _mat_gate, text, text_blocks, workbook
+from . import _mat_gate, text, workbook
 from .named_arrays import NUMBERS, TEXTS, NamedArrays, flattened
 
 _MAT, _SAVE_AGAIN = "a MATLAB 5 to 7 file", "Save it again in MATLAB: save('measured.mat', '-v7')."
@@ -76,7 +76,7 @@ LOADERS: dict[str, Callable[[Path], NamedArrays]] = {
     _contents.NPZ: load_npz,
     _contents.NPY: load_npy,
     _contents.WORKBOOK: workbook.load,
-    _contents.TEXT: text_blocks.load,
+    _contents.TEXT: text.load_text,
     _contents.ABAQUS_MATRIX: text.load,  # five columns of numbers may be anything
 }
 

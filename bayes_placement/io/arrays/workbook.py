@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from ..._shared.errors import InputError
 from .._gate import check_limit, existing, reading
+from .._npz_archive import fault_of_packing
 from .named_arrays import NamedArrays
 from .text import is_number, of_rows
 
@@ -100,9 +101,6 @@ def _heading(title: str, row: list[str]) -> list[str]:
     return row
 
 
-_PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-_ENCRYPTED, _PATCHED, _STRONG = 0x1, 0x20, 0x40
-_GREATEST_RATIO = 1100  # deflate packs 1032 bytes into one at most
 _ENCODING = re.compile(rb"<\?xml[^<>]*encoding\s*=\s*[\"']([^\"']*)")
 _ENCODINGS = (b"utf-8", b"utf-16", b"us-ascii")
 _ENTITIES = re.compile(rb"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
@@ -139,11 +137,6 @@ def _check_member(member: zipfile.ZipInfo) -> None:
     name = member.filename
     if name.startswith("/") or ".." in Path(name).parts or "\\" in name:
         raise InputError(f"its member {name!r} leads out of it")
-    if member.compress_type not in _PACKINGS:
-        raise InputError(f"its member {name!r} is packed in a way that workbooks do not use")
-    if member.flag_bits & (_ENCRYPTED | _PATCHED | _STRONG):
-        raise InputError(f"its member {name!r} is encrypted or patched")
-    if member.file_size > _GREATEST_RATIO * (member.compress_size + 1):
-        raise InputError(
-            f"its member {name!r} announces {member.file_size} bytes in {member.compress_size}"
-        )
+    fault = fault_of_packing(member, "workbooks do")
+    if fault:
+        raise InputError(f"its member {name!r} {fault}")

@@ -16,7 +16,7 @@ from ...modes.finite_elements import interpolation, soft_supports
 from ...modes.finite_elements.matrices import Matrices
 from ...modes.finite_elements.nodal_modes import NodalModes
 from ...modes.finite_elements.soft_supports import SupportMotion
-from ...positions.names import LONGEST, is_printable
+from ...positions.channel import LONGEST, is_printable
 from ...positions.tolerances import Box, Member, Tolerance
 from ...positions.vectors import Vector
 from .. import matrix_files, npz_modes

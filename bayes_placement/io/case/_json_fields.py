@@ -261,82 +261,43 @@ def _written(name: str, example: object) -> str:
     return f'"{name}": {json.dumps(example, ensure_ascii=False)}'
 
 
-_TRANSDUCER = {
-    "id": None,
-    "uff_node": None,
-    "position_m": None,
-    "tolerance_m": None,
-    "directions": None,
-    "angle_tolerance_rad": None,
-    "gain_tolerance": None,
-    "delay_tolerance_s": None,
-    "note": None,
-}
-_STRUCTURE = {
-    **dict.fromkeys(
-        (
-            "area_m2",
-            "axis",
-            "boundary_conditions",
-            "density_kg_m3",
-            "height_m",
-            "length_m",
-            "motion",
-            "note",
-            "outer_diameter_m",
-            "poisson_ratio",
-            "section",
-            "size_x_m",
-            "size_y_m",
-            "thickness_m",
-            "type",
-            "wall_m",
-            "width_m",
-            "youngs_modulus_Pa",
-        )
-    ),
-    "damping": dict.fromkeys(("model", "ratio", "note")),
-    "members": dict.fromkeys(("name", "start", "end", "note")),
-    "suspension": dict.fromkeys(("x_m", "stiffness_N_per_m", "note")),
-}
-_PRIOR = dict.fromkeys(
-    ("type", "low", "high", "mean", "standard_deviation", "median", "log_standard_deviation")
+def _fields(names: str) -> dict[str, object]:
+    """Fields that hold no objects, by their names with blanks between them."""
+    return dict.fromkeys(names.split())
+
+
+_TRANSDUCER = _fields(
+    "id uff_node position_m tolerance_m directions angle_tolerance_rad gain_tolerance "
+    "delay_tolerance_s note"
 )
-_MEASUREMENT = {
-    "noise_level": dict.fromkeys(("coherence_factor", "floor", "ratio", "note")),
-    "states": dict.fromkeys(("label", "files", "note")),
-    **dict.fromkeys(
-        (
-            "array",
-            "baseline_files",
-            "convention",
-            "estimator",
-            "files",
-            "force_levels_N",
-            "in_channels",
-            "n_averages",
-            "noise",
-            "note",
-            "out_channels",
-            "quantity",
-            "sensor_setup",
-            "units",
-        )
+_STRUCTURE = {
+    **_fields(
+        "area_m2 axis boundary_conditions density_kg_m3 height_m length_m motion note "
+        "outer_diameter_m poisson_ratio section size_x_m size_y_m thickness_m type wall_m "
+        "width_m youngs_modulus_Pa"
     ),
+    "damping": _fields("model ratio note"),
+    "members": _fields("name start end note"),
+    "suspension": _fields("x_m stiffness_N_per_m note"),
+}
+_PRIOR = _fields("type low high mean standard_deviation median log_standard_deviation")
+_MEASUREMENT = {
+    **_fields(
+        "array baseline_files convention estimator files force_levels_N in_channels n_averages "
+        "noise note out_channels quantity sensor_setup units"
+    ),
+    "noise_level": _fields("coherence_factor floor ratio note"),
+    "states": _fields("label files note"),
 }
 KNOWN: Mapping[str, object] = {
-    **dict.fromkeys(
-        ("angle_convention", "angle_prior", "case", "nominal_fe_model", "note", "position_prior")
-    ),
+    **_fields("angle_convention angle_prior case nominal_fe_model note position_prior"),
     "actuators": _TRANSDUCER,
     "sensors": _TRANSDUCER,
     "structure": _STRUCTURE,
-    "uncertain_parameters": {**dict.fromkeys(("name", "nominal", "note")), "prior": _PRIOR},
-    "frequency": dict.fromkeys(("band_hz", "n_lines", "spacing", "note")),
+    "uncertain_parameters": {**_fields("name nominal note"), "prior": _PRIOR},
+    "frequency": _fields("band_hz n_lines spacing note"),
     "measurement": _MEASUREMENT,
-    "effects": dict.fromkeys(
-        ("kind", "candidate", "name", "note", "pieces", "law", "motion", "direction")
-    ),
+    "effects": _fields("kind candidate name note pieces law motion direction"),
     "hints": ...,
 }
 """Fields of `case.json`, with those of their objects, or of the objects that they list.

@@ -17,8 +17,7 @@ from ...experiment.measurement import Measurement
 from ...experiment.noise import Noise
 from ._effects import FIELD, stated_effects
 from ._json_fields import CaseError
-from ._measurement import MeasurementSettings, read_run
-from ._noise import noise_by_data
+from ._measurement import MeasurementSettings, noise_by_data, read_run
 
 MODEL_FILES = ("nominal.npz", "model.json", "K.npz", "M.npz")
 """Files of a finite element model that are always read."""

@@ -3,6 +3,6 @@
 from .channel_table import ChannelRow
 from .importing import Imported, read, read_measurement
 from .mapping import Mapping
-from .report import ImportReport
+from .measurement import ImportReport
 
 __all__ = ["ChannelRow", "ImportReport", "Imported", "Mapping", "read", "read_measurement"]

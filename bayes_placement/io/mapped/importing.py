@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from ..._shared.arguments import arguments_checked
 from ..._shared.errors import InputError
@@ -15,21 +15,19 @@ from ..arrays import load
 from ..arrays.named_arrays import NamedArrays
 from . import _lines_needed, channel_table
 from . import mapping as mappings
+from ._headings import completed
 from .channel_table import ChannelRow
 from .mapping import Mapping
 from .measurement import (
     CONJUGATED,
+    ImportReport,
     check_axes,
     measurement_of,
     positions_of,
+    report,
     unused_rows,
     unused_sensitivities,
 )
-from .own_mapping import completed
-from .report import ImportReport, report
-
-if TYPE_CHECKING:
-    pass
 
 _MAPPING_SUFFIX = ".toml"
 _AGREEMENT = 1e-5  # of the greatest coordinate; universal files may keep six digits

@@ -1,10 +1,14 @@
-"""A measurement of named arrays and a mapping."""
+"""A measurement of named arrays and a mapping, and a report of what was read and left out."""
 
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from ..._shared.errors import InputError
+from ..._shared.reprs import notebook_html
 from ...experiment._measurement_words import counted
 from ...experiment.measurement import Measurement
 from ...experiment.quantities import quantity_of
@@ -15,7 +19,74 @@ from ..arrays.named_arrays import NamedArrays
 from . import _lines_needed, _values
 from .channel_table import ChannelRow
 from .mapping import FrfRule, Mapping
-from .report import ImportReport, report
+
+_CHUNK = 1 << 20
+
+
+class ImportReport(NamedTuple):
+    """What an import did.
+
+    Parameters
+    ----------
+    source
+        The file, what it is, and its checksum.
+    read
+        What was read and how, a sentence each.
+    left_out
+        What was not read, by name, and why.
+    result
+        What came out, in a sentence.
+
+    Examples
+    --------
+    >>> bp.io.uff.write("measured.uff", measured)
+    >>> bp.io.read("measured.uff").report.left_out
+    {}
+    """
+
+    source: str
+    read: tuple[str, ...]
+    left_out: dict[str, str]
+    result: str
+
+    def words(self) -> list[str]:
+        """Sentences of the report, in their order."""
+        left_out = [f"Left out: {name}, since {why}." for name, why in self.left_out.items()]
+        return [self.source, *self.read, *left_out, self.result]
+
+    def __repr__(self) -> str:
+        """Say what came out."""
+        return f"ImportReport: {self.result}"
+
+    def _repr_html_(self) -> str:
+        import pandas as pd
+
+        return notebook_html(repr(self), pd.DataFrame(), self.words())
+
+    def __str__(self) -> str:
+        """One sentence a line."""
+        return "\n".join(self.words())
+
+
+def report(
+    path: Path,
+    form: str,
+    sentences: Sequence[str],
+    left_out: dict[str, str],
+    measurement: Measurement,
+) -> ImportReport:
+    """Make the report of a file that was read."""
+    source = f"{path} is {form} of {path.stat().st_size} bytes, sha256 {_checksum(path)[:16]}."
+    return ImportReport(source, tuple(sentences), dict(left_out), repr(measurement))
+
+
+def _checksum(path: Path) -> str:
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        while chunk := file.read(_CHUNK):
+            digest.update(chunk)
+    return digest.hexdigest()
+
 
 _OF_BLOCK = ("coherence", "sensors", "actuators")
 CONJUGATED = "conjugated, since the file is under exp(-i w t)"

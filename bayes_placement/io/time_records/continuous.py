@@ -11,8 +11,8 @@ from ..._shared.arguments import finite_number, shown
 from ..._shared.errors import InputError
 from ..._shared.reprs import with_short_repr
 from ..._shared.sites import unit
-from . import overload
 from .estimate import Excitation, Spectra, lines
+from .recording import overload
 from .records import FEWEST_SAMPLES, Records, Samples, positive
 
 FEWEST_AVERAGES = 1.5
@@ -65,7 +65,7 @@ class Continuous(Excitation):
     def spectra(self, records: Records) -> Spectra:
         """Spectra of all segments of all records."""
         for number in range(len(records.force)):
-            fault = overload.fault(records, number)
+            fault = overload(records, number)
             if fault is not None:
                 raise InputError(
                     f"In record {number + 1} {fault}; records in range are needed, since each "

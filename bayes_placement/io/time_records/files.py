@@ -13,16 +13,15 @@ from .. import _contents as content
 from .._frf_units import VOLTAGE, plain
 from .._gate import FileWarning, check_plausible, existing, path_of, reading
 from ..arrays import load as load_arrays
-from . import lvm, recorder_files
-from .clock import Sampled, rate_of, rate_of_times
+from . import recorder_files
 from .recording import Recording, Signal, is_known
-from .records import Samples
+from .records import Sampled, Samples, rate_of, rate_of_times
 
 LOADERS: Mapping[str, Callable[[Path, Iterable[str]], Sampled]] = {
     content.WAV: recorder_files.load_wav,
     content.TDMS: recorder_files.load_tdms,
     content.MDF: recorder_files.load_mdf,
-    content.LABVIEW: lvm.load,
+    content.LABVIEW: recorder_files.load_lvm,
     content.UNIVERSAL: recorder_files.load_universal,
 }
 """Readers of formats with a sampling rate of their own, by what the first bytes tell."""

@@ -12,8 +12,8 @@ from ..._shared.arguments import check_positive
 from ..._shared.errors import InputError
 from ..._shared.reprs import with_short_repr
 from ..._shared.sites import unit
-from . import overload
 from .estimate import Excitation, Spectra, lines
+from .recording import overload
 from .records import FEWEST_SAMPLES, Records, Samples, positive
 
 AUTOMATIC = 0.1
@@ -164,7 +164,7 @@ class Impacts(Excitation):
         force = records.force[hit.record]
         if hit.part.start < 0 or hit.part.stop > force.size:
             return "the record begins too late or ends too early for it"
-        reason = overload.fault(records, hit.record, hit.part)
+        reason = overload(records, hit.record, hit.part)
         if reason is not None:
             return reason
         quiet = hit.quiet(self._before(records.rate))

@@ -13,12 +13,10 @@ from ..._shared.arguments import arguments_checked, check_count, finite_number
 from ..._shared.dimensions import Parameter
 from ..._shared.errors import InputError
 from ..._shared.ranges import POSITIVE
-from ..._shared.scalars import check_scalar
-from ..._shared.sites import check_numbers, is_open, is_unknown, unit
+from ..._shared.sites import check_numbers, check_scalar, is_open, is_unknown, unit
 from ..modes import AxisShapes, Coordinates
 from . import _beam_statics
-from .waveguide import Waveguide
-from .waves import cosine_and_sine
+from .waveguide import Waveguide, cosine_and_sine
 
 Numbers = Float[Array | np.ndarray, "..."]
 _SYNONYMS = {"clamped": "fixed", "supported": "pinned"}

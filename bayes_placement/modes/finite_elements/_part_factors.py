@@ -14,7 +14,7 @@ from ..._shared.compiled import compiled, of_jax
 from ..._shared.dimensions import Parameter
 from ..._shared.errors import InputError
 from ..._shared.sites import is_unknown
-from ...positions.names import printable_name
+from ...positions.channel import printable_name
 
 TAIL = 1e-4
 """Probability on either side of the range of a distribution."""

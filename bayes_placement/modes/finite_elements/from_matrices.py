@@ -14,7 +14,7 @@ from ..._shared.compiled import of_jax
 from ..._shared.dimensions import Parameter
 from ..._shared.errors import InputError
 from ..._shared.sites import is_open
-from ...positions.names import checked_name
+from ...positions.channel import checked_name
 from ...positions.tolerances import Tolerance
 from ...positions.vectors import CartesianComponents, triple
 from . import _part_factors

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 from scipy.linalg import block_diag, cholesky, eigh, solve_triangular
 
-from ...positions.names import printable_name
+from ...positions.channel import printable_name
 from .matrices import Matrices, Sparse
 from .modal_model import ModalModel
 from .soft_supports import SupportMotion

@@ -1,7 +1,7 @@
 """The report of a run, from the folder of its results."""
 
 import itertools
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,46 +14,40 @@ from .content import Item, Text
 from .report import WARNINGS, Chapter, Report, json_of
 from .sections import (
     agreement,
-    conclusion,
-    error,
     interactive,
     laws,
-    mode_shapes,
     modes,
-    next_measurement,
     positions,
     remarks,
-    residual_map,
     responses,
-    set_up,
     suspicion,
-    unknowns,
     verdict,
 )
 
 PAGE = "report.html"
 """Name of the page in the folder of a run."""
 
-_SECTIONS = (
-    conclusion.items,
-    verdict.items,
-    set_up.items,
-    agreement.items,
-    laws.items,
-    error.items,
-    residual_map.items,
-    interactive.items,
-    responses.items,
-    modes.items,
-    suspicion.items,
-    verdict.tables,
-    next_measurement.items,
-    unknowns.items,
-    positions.items,
-    mode_shapes.items,
-    remarks.warnings,
-    remarks.settings,
-)
+_SECTIONS = {
+    "conclusion": verdict.conclusion,
+    "verdict": verdict.items,
+    "set up": remarks.set_up,
+    "agreement": agreement.items,
+    "laws": laws.items,
+    "error": verdict.error,
+    "residual map": agreement.residual_map,
+    "interactive": interactive.items,
+    "responses": responses.items,
+    "modes": modes.items,
+    "suspicion": suspicion.items,
+    "tables": verdict.tables,
+    "next measurement": suspicion.next_measurement,
+    "unknowns": positions.of_unknowns,
+    "positions": positions.items,
+    "mode shapes": modes.shapes,
+    "warnings": remarks.warnings,
+    "settings": remarks.settings,
+}
+"""Sections in their order, by what is said of one that cannot be drawn."""
 
 
 @arguments_checked
@@ -148,16 +142,15 @@ def _parts(folder: Path, label: str | None) -> list[tuple[str, Path]]:
 def _chapter(label: str, of: Saved) -> Chapter:
     """All sections of a run, drawn as figures of a report look."""
     with look():
-        items = list(itertools.chain.from_iterable(_section(section, of) for section in _SECTIONS))
+        items = list(itertools.chain.from_iterable(_section(name, of) for name in _SECTIONS))
     return Chapter(label, verdict.verdict(of), items)
 
 
-def _section(section: Callable[[Saved], Iterable[Item]], of: Saved) -> list[Item]:
+def _section(name: str, of: Saved) -> list[Item]:
     """Items of a section, or a sentence where it cannot be drawn: the others are worth having."""
     try:
-        return list(section(of))
+        return list(_SECTIONS[name](of))
     except Exception as error:  # noqa: BLE001, any error of a figure
-        name = section.__module__.rpartition(".")[2].replace("_", " ")
         reason = " ".join(str(error).split())
         words = f"The section on {name} could not be drawn ({type(error).__name__}: {reason})."
         return [Item(WARNINGS, f"Not drawn: {name}", Text((words,)), tags=("warning",))]

@@ -12,8 +12,8 @@ import pandas as pd
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.cli._reach import write_reach
 from bayes_placement.cli._run import Run
+from bayes_placement.cli.improve import write_reach
 from bayes_placement.criticism.kept_fits import fits_kept_in
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.criticism.missing._networks import LawsBeside, with_networks

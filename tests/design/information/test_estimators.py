@@ -9,10 +9,10 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import information
-from bayes_placement.design.information._modal_products import factorise
 from bayes_placement.design.information.estimator import jackknife_error, placement_distributions
+from bayes_placement.design.information.kernel_gain import _factorise
 from bayes_placement.experiment.noise import Data
-from bayes_placement.inference.marginals.nested_quadrature import NestedQuadrature, nested_nodes
+from bayes_placement.inference.marginals.quadrature import NestedQuadrature, nested_nodes
 from models import bar
 from tests.design.information.linear import FORMS, SCALES, SIGMA, linear_experiment
 from tests.test_reference import BOTH, EXACT_TABLE, FIRST, KDE_TABLE, P1, P2, P4, SECOND
@@ -53,7 +53,7 @@ def test_products_of_modes_are_the_responses():
     estimator = information.KernelGain(draws=64, placement_draws=100)
     short, _ = estimated(estimator, experiment)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(information.kernel_gain._modal_products, "factorise", lambda _: False)
+        patch.setattr(information.kernel_gain, "_factorise", lambda _: False)
         long, _ = estimated(estimator, experiment)
     assert short == pytest.approx(long, rel=1e-4)
 
@@ -69,11 +69,11 @@ def test_products_serve_all_force_levels_of_a_linear_structure():
         noise=base.noise,
         force_levels=[0.1, 1.0],
     )
-    assert factorise(experiment)
+    assert _factorise(experiment)
     estimator = information.KernelGain(draws=64, placement_draws=100)
     by_products, _ = estimated(estimator, experiment)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(information.kernel_gain._modal_products, "factorise", lambda _: False)
+        patch.setattr(information.kernel_gain, "_factorise", lambda _: False)
         by_responses, _ = estimated(estimator, experiment)
     assert by_products == pytest.approx(by_responses, rel=1e-4)
 

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.special import ndtri
 from scipy.stats import multivariate_normal, norm, qmc
 
-from bayes_placement.design.information._tangent_kernels import TangentKernels
+from bayes_placement.design.information._kernel_densities import TangentKernels
 
 SLOPE = np.array([[2.0, 0.3], [-1.0, 1.5], [0.2, -4.0]])
 SHIFT = np.array([0.4, -1.0, 2.0])

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import approx_fprime
 from scipy.stats import multivariate_normal
 
-from bayes_placement.inference.engines.sizes_of_errors import LinearModel
+from bayes_placement.inference.engines.empirical_bayes import LinearModel
 
 WIDE = np.full(2, np.log(1e4))
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bayes_placement.io.time_records import overload
+from bayes_placement.io.time_records import recording
 from bayes_placement.io.time_records.records import Records
 from bayes_placement.positions.channel import Channel
 
@@ -16,7 +16,7 @@ NOISE = 0.01 * np.random.default_rng(0).standard_normal(TIME.size)
 def fault(samples, part=slice(None), **ranges):
     force = np.random.default_rng(1).standard_normal(samples.size)
     channels = (Channel("s1"),), Channel("a1")
-    return overload.fault(Records(RATE, (force,), ((samples,),), *channels, ranges), 0, part)
+    return recording.overload(Records(RATE, (force,), ((samples,),), *channels, ranges), 0, part)
 
 
 def coarse(samples, digits):

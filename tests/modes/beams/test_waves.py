@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.modes.beams.waves import cosine_and_sine, many_phases
+from bayes_placement.modes.beams.waveguide import cosine_and_sine, many_phases
 
 SIZES = {"length": 1.3, "area": 1e-4, "youngs_modulus": 7e10, "density": 2700.0}
 STRUCTURES = {

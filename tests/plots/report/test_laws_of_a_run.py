@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 import bayes_placement as bp
 from bayes_placement._shared.errors import InputError
-from bayes_placement.cli._reach import draw_where, write_reach
+from bayes_placement.cli.improve import draw_where, write_reach
 from bayes_placement.plots.report import Report, write_report
 from bayes_placement.plots.report._saved import Saved
 from bayes_placement.plots.report._svg import as_file, svg_of

@@ -1,4 +1,4 @@
-"""Warnings of every method, then settings, versions and files with their hashes."""
+"""The set-up of the test; warnings of every method, settings, versions and files with hashes."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import PurePath
@@ -6,7 +6,7 @@ from pathlib import PurePath
 from ...._shared.files import Json
 from .._saved import Saved
 from ..content import Cell, Item, Table, Text
-from ..report import SETTINGS, WARNINGS
+from ..report import SET_UP, SETTINGS, WARNINGS
 
 FIELDS = ("date", "seed", "seconds", "units", "settings", "versions")
 """Fields of the record of a run that are told."""
@@ -62,3 +62,20 @@ def _flat(values: object, name: str = "") -> Iterator[tuple[Cell, ...]]:
         yield (name, values)
     elif values is not None:
         yield (name, str(values))
+
+
+SET_UP_TAGS = ("set-up",)
+
+COLUMNS = ("channels", "kind", "recorded position [m]", "gain on its FRFs [1]")
+
+
+def set_up(saved: Saved) -> Iterator[Item]:
+    """List what was measured, and the channels."""
+    known = saved.about.get("set_up")
+    if known is None:
+        return
+    facts = Table(("what", "as measured"), tuple(map(tuple, known["facts"])))
+    yield Item(SET_UP, "Measurement", facts, tags=SET_UP_TAGS)
+    channels = Table(COLUMNS, tuple(map(tuple, known["channels"])))
+    words = "The sign and the letter of a channel are its direction; a gain of 1 is exact."
+    yield Item(SET_UP, "Channels", channels, words, SET_UP_TAGS)

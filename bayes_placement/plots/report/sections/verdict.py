@@ -1,11 +1,15 @@
-"""The verdict, and the tables that it rests on."""
+"""The conclusion, the verdict, the tables that it rests on, and how the error falls."""
 
 import re
 from collections.abc import Iterator
 
+import numpy as np
+
 from ...._shared.files import Json
 from ....inference.units import readable
+from ..._colours import AFTER, FLOOR, Style
 from .._saved import Saved
+from .._style import decade_labels, drawing, legend, panels
 from ..content import Cell, Item, Table, Text, rounded
 from ..report import ERROR, NEXT, SUSPICION, UNKNOWNS, VERDICT
 
@@ -151,3 +155,143 @@ def _parameters(step: Json) -> Iterator[str]:
             spread = scale.factor * (estimate["standard_deviation"] or 0.0)
             mean = rounded(scale.factor * estimate["mean"], spread)
             yield f"{estimate['word']} {mean:.12g} ± {spread:.2g} {scale.name}".rstrip()
+
+
+def conclusion(saved: Saved) -> Iterator[Item]:
+    """Say what was found, how well the model then agrees, and what to do next."""
+    sentences = filter(None, (verdict(saved), _agreement(saved), _recommendation(saved)))
+    yield Item(VERDICT, "Conclusion and recommendation", Text(tuple(sentences)), tags=("verdict",))
+
+
+def _agreement(saved: Saved) -> str:
+    """How far computed FRFs agree, with the model as given and with what was found."""
+    fits = saved.of_models("fit").values()
+    means = [float(fit["frac"].mean()) for fit in fits if "frac" in fit]
+    if not means or not np.isfinite(means).all():
+        return ""
+    before = "" if len(means) == 1 else f"; it is {means[0]:.3f} of the model as drawn"
+    return (
+        "The mean frequency response assurance criterion between measured and computed FRFs is "
+        f"{means[-1]:.3f} (1: equal){before}."
+    )
+
+
+def _recommendation(saved: Saved) -> str:
+    """What to do next."""
+    search = saved.about.get("next")
+    if saved.ledger.get("confounded", saved.about.get("confounded")):
+        return (
+            f"Recommended: measure once more, since these data leave several explanations. "
+            f"{search['sentence'] if search else ''}"
+        ).strip()
+    if saved.ledger.get("unexplained"):
+        return (
+            "Recommended: look for what the model still lacks where the map of residuals is "
+            "dark, before it is used."
+        )
+    if saved.ledger.get("verdict"):
+        return (
+            "Recommended: take what was found into the model (bayes-placement improve MODEL "
+            "--save NEW), and confirm it by an inspection of that place."
+        )
+    if not saved.ledger:
+        return ""
+    if saved.ledger["steps"][-1]["chi2_per_datum_when_exact"] is not None:
+        return (
+            "Recommended: use the model together with the model error that it needs; nothing was "
+            "found that would be better added to it."
+        )
+    return "Recommended: use the model as it is; these data show nothing that it lacks."
+
+
+SMALLEST = 1e-3
+"""Probability below which a kind is not drawn."""
+
+LEAST_MISFIT = 1e-3
+"""Misfit below which a point stands at the lower end: data without noise can be fitted exactly."""
+
+
+def error(saved: Saved) -> Iterator[Item]:
+    """Draw the error of each step, and the probabilities."""
+    if not saved.ledger:
+        return
+    yield _falling(saved.ledger["steps"])
+    shares = {
+        str(kind): float(share)
+        for kind, share in saved.ledger["probabilities"].items()
+        if share is not None
+    }
+    if shares:
+        yield _probabilities(shares)
+
+
+def _falling(steps: list[Json]) -> Item:
+    names = ["as given", *(f"+ {step['added']}" for step in steps[1:])]
+    misfit, quantity = _falling_misfit(steps)
+    figure, axes = panels(1, 1, 2.6)
+    panel = axes[0, 0]
+    drawn = np.maximum(misfit, LEAST_MISFIT)
+    panel.plot(range(len(misfit)), drawn, "o-", color=AFTER, label="misfit of the best fit")
+    for number, (value, height) in enumerate(zip(misfit, drawn, strict=True)):
+        text = f"{value:.0f}" if value >= 100 else f"{value:.3g}"
+        panel.annotate(text, (number, height), (8, 4), textcoords="offset points")
+    panel.axhline(1.0, color=FLOOR, linestyle="--", label="noise floor of a correct model")
+    panel.set_yscale("log")
+    panel.set_ylim(0.5 * min(1.0, *drawn, 1.0), 3 * max(1.0, *drawn, 1.0))
+    panel.set_xlim(-0.4, len(misfit) - 0.4)
+    panel.set_xticks(range(len(names)), names)
+    panel.set_ylabel(quantity.replace(" without", "\nwithout").replace(" over", "\nover"))
+    decade_labels(panel)
+    legend(figure, axes)
+    rows = tuple(zip(names, misfit, strict=True))
+    data = Table(("model", quantity), rows)
+    caption = (
+        f"The misfit falls from {misfit[0]:.4g} to {misfit[-1]:.4g}; 1 is the level of the noise."
+        if len(misfit) > 1
+        else f"The misfit of the model as given is {misfit[0]:.4g}; 1 is the level of the noise."
+    )
+    return Item(ERROR, "The error falls", drawing(figure, data), caption, ("error",))
+
+
+def _falling_misfit(steps: list[Json]) -> tuple[list[float], str]:
+    """Misfit of each step that no error takes up, and what it is."""
+    needed = [step["noise_needed"] or {} for step in steps]
+    scatters = _numbers([noise.get("over_scatter") for noise in needed])
+    if np.isfinite(scatters).all():
+        return scatters, "residual over scatter of lines [1]"
+    exact = _numbers([step["chi2_per_datum_when_exact"] for step in steps])
+    if np.isfinite(exact).all():
+        return exact, "reduced chi-square without model error [1]"
+    return _numbers([step["chi2_per_datum"] for step in steps]), "reduced chi-square [1]"
+
+
+def _numbers(values: list[float | int | None]) -> list[float]:
+    return [np.nan if value is None else float(value) for value in values]
+
+
+def _probabilities(shares: dict[str, float]) -> Item:
+    probable = {kind: share for kind, share in shares.items() if share >= SMALLEST}
+    ordered = sorted(probable.items(), key=lambda pair: pair[1])
+    figure, axes = panels(1, 1, 0.8 + 0.26 * len(ordered))
+    panel = axes[0, 0]
+    panel.barh(range(len(ordered)), [share for _, share in ordered], color=AFTER, height=0.5)
+    for row, (_, share) in enumerate(ordered):
+        near: Style = {"xytext": (4, 0), "textcoords": "offset points", "va": "center"}
+        panel.annotate(f"{share:.3f}", (share, row), **near)
+    panel.set_yticks(range(len(ordered)), [kind for kind, _ in ordered])
+    margin = 0.5 if len(ordered) > 2 else 1.0
+    panel.set_ylim(-margin, len(ordered) - 1 + margin)
+    panel.set_xlim(0, 1.12)
+    panel.set_xticks([0, 0.5, 1])
+    panel.set_xlabel("posterior probability [1]")
+    everything = sorted(shares.items(), key=lambda pair: -pair[1])
+    data = Table(("explanation", "probability [1]"), tuple(everything))
+    best, share = everything[0]
+    others = len(shares) - len(probable)
+    words = "1 other has" if others == 1 else f"{others} others have"
+    rest = f"; {words} less than {SMALLEST:g}" if others else ""
+    caption = (
+        "Probability that each kind is among what is missing, alone or with others: the greatest "
+        f"is that of {best}, {share:.3g}{rest}."
+    )
+    return Item(ERROR, "Probability of each kind", drawing(figure, data), caption, ("effect",))
