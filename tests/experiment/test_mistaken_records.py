@@ -149,7 +149,9 @@ def test_places_that_were_measured_from_the_other_end_are_named(sides):
     sentence = only_sentence(cantilever(sides), measured(cantilever()))
     named = " and ".join(sides)
     assert f"at places of the {named} that were measured from the other end: " in sentence
-    assert f"state where the {named} sat from the other end, each place as 1 - place [m]" in sentence
+    assert (
+        f"state where the {named} sat from the other end, each place as 1 - place [m]" in sentence
+    )
 
 
 @needs_cases
