@@ -45,11 +45,11 @@ class InstrumentEffect(Effect):
     --------
     >>> kinds = bp.effects.EFFECTS.items()
     >>> [name for name, kind in kinds if issubclass(kind, bp.effects.InstrumentEffect)]
-    ['residual_modes', 'sensor_mass', 'actuator_mass', 'stinger', 'exponential_window',
-    'time_delay', 'channel_delay', 'gain_error', 'mount_resonance', 'misplaced_sensor',
-    'misplaced_actuator', 'reversed_sensor', 'reversed_channel', 'swapped_sensors',
-    'swapped_actuators', 'frequency_drift', 'low_pass', 'high_pass', 'phase_drift',
-    'cross_axis', 'frequency_scale', 'mains_hum']
+    ['residual_modes', 'further_mode', 'sensor_mass', 'actuator_mass', 'stinger',
+    'exponential_window', 'time_delay', 'channel_delay', 'gain_error', 'mount_resonance',
+    'misplaced_sensor', 'misplaced_actuator', 'reversed_sensor', 'reversed_channel',
+    'swapped_sensors', 'swapped_actuators', 'frequency_drift', 'low_pass', 'high_pass',
+    'phase_drift', 'cross_axis', 'frequency_scale', 'mains_hum']
     """
 
     acts_on: ClassVar[str] = "channel"

@@ -211,7 +211,7 @@ def test_a_mesh_that_never_ends_is_given_up(tmp_path, monkeypatch, waiting, unit
     monkeypatch.setattr(_reader_process, "SECONDS_OF_WAITING", waiting)
     for_ever = tmp_path / "for_ever.py"
     for_ever.write_text("def read(path):\n    while True:\n        pass\n")
-    monkeypatch.setattr(mesh, "_READER", for_ever)
+    monkeypatch.setattr(_reader_process, "_LIBRARIES", for_ever)
     path = written(tmp_path / "part.ply")
     with pytest.raises(
         ValueError, match=rf"part.ply cannot be read as a mesh \(it did not end within . {unit}\)"
