@@ -210,7 +210,7 @@ LONG_WAIT = pytest.param(12.0, "s of computing", marks=pytest.mark.longest)
 def test_a_mesh_that_never_ends_is_given_up(tmp_path, monkeypatch, waiting, unit):
     monkeypatch.setattr(_reader_process, "SECONDS_OF_WAITING", waiting)
     for_ever = tmp_path / "for_ever.py"
-    for_ever.write_text("def read(path):\n    while True:\n        pass\n")
+    for_ever.write_text("def read(path, extra):\n    while True:\n        pass\n")
     monkeypatch.setattr(_reader_process, "_LIBRARIES", for_ever)
     path = written(tmp_path / "part.ply")
     with pytest.raises(
