@@ -268,6 +268,7 @@ def _solved(effect: Effect, problem: Problem) -> str | None:
 
 def _fine(solved: str, fields: dict[str, str]) -> dict[str, int]:
     """Numbers of points where strengths are solved for: the more along the first setting."""
-    first, *further = [name for name in fields if name != solved] or [solved]
-    finest = MOST // SETTINGS ** len(further) if first != solved else 1
-    return {solved: 1, first: finest, **dict.fromkeys(further, SETTINGS)}
+    settings = [name for name in fields if name != solved]
+    finest = MOST // SETTINGS ** max(0, len(settings) - 1)
+    counts = {solved: 1, **dict(zip(settings, [finest, *[SETTINGS] * len(settings)], strict=False))}
+    return {name: counts[name] for name in fields}
