@@ -1,16 +1,17 @@
 """Unknowns of a fitted hypothesis by name, with intervals."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from ..._shared.sites import Role, Unknown
 from ...effects.compliant_support import CompliantSupport
 from ...effects.effect import AtPlace, Effect
+from ...experiment.experiment import Experiment
 from ...inference.estimates import scalars
 from ..locations import ends, locations
 from ._hypotheses import Hypothesis
-from ._parameter_estimate import ParameterEstimate
+from ._parameter_estimate import AT, ParameterEstimate
 
 EFFECTS = ("effects", "instrument_effects")
 """Kinds of owners that are effects."""
@@ -45,7 +46,9 @@ def estimates(
         name: estimate
         for unknown in problem.experiment.unknowns
         if unknown.role is not Role.MODEL_ERROR
-        for name, estimate in _of_unknown(unknown, values[unknown.name], sides[unknown.name])
+        for name, estimate in _of_unknown(
+            unknown, values[unknown.name], sides[unknown.name], problem.experiment
+        )
     }
 
 
@@ -82,14 +85,17 @@ def laplace(hypothesis: Hypothesis) -> np.ndarray:
 
 
 def _of_unknown(
-    unknown: Unknown, draws: np.ndarray, sides: np.ndarray
+    unknown: Unknown, draws: np.ndarray, sides: np.ndarray, experiment: Experiment
 ) -> Iterator[tuple[str, ParameterEstimate]]:
     """Name and estimate of an unknown, the elements of an array one by one."""
     effect = unknown.owner.name if unknown.owner.kind in EFFECTS else None
     word = ".".join(filter(None, (unknown.field, unknown.component)))
     names = [name for name, _ in scalars(unknown.name, draws[None])]
     ends = [side for _, side in scalars(unknown.name, sides[None])]
-    for name, (element, drawn), side in zip(names, scalars(word, draws[None]), ends, strict=True):
+    words, columns = zip(*scalars(word, draws[None]), strict=True)
+    if effect is not None:
+        words = _of_pairs(word, words, experiment)
+    for name, element, drawn, side in zip(names, words, columns, ends, strict=True):
         low, *inner, high = sorted(map(float, side.ravel()))
         moments = float(np.mean(drawn)), float(np.std(drawn))
         yield (
@@ -98,6 +104,19 @@ def _of_unknown(
                 *moments, low, high, unknown.unit, effect, element, unknown.field, *inner
             ),
         )
+
+
+def _of_pairs(word: str, words: Sequence[str], experiment: Experiment) -> Sequence[str]:
+    """Words of the elements of an array by the pairs of channels that they are of."""
+    sensors, actuators = experiment.sensor_channels, experiment.actuator_channels
+    if len(words) == 1 or len(words) != len(sensors) * len(actuators):
+        return words
+    several = len(actuators) > 1
+    return [
+        f"{word}{AT}{sensor.label}{f' from {actuator.label}' if several else ''}"
+        for sensor in sensors
+        for actuator in actuators
+    ]
 
 
 def drawn_places(effect: Effect, hypothesis: Hypothesis) -> list[np.ndarray]:

@@ -7,6 +7,9 @@ import numpy as np
 from ..._shared.files import Json
 from ...inference.units import ReadableUnit, readable
 
+AT = " at "
+"""Stands in a word before the channels that a number is of."""
+
 
 class ParameterEstimate(NamedTuple):
     """What is known of one unknown, of the posterior and in its unit.
@@ -26,6 +29,11 @@ class ParameterEstimate(NamedTuple):
     field: str = ""
     low_95: float = float("nan")
     high_95: float = float("nan")
+
+    @property
+    def is_of_channels(self) -> bool:
+        """Whether it is one of many, one for each pair of channels."""
+        return AT in self.word
 
     def __str__(self) -> str:
         """Mean and standard deviation, in the unit of people."""

@@ -117,7 +117,7 @@ class FittedModel:
         """Say which sensor or part one of its effects is about, and the parameters of that."""
         setting, remark = self.about.get(name, ("", ""))
         parameters = self.estimates_of(name).values()
-        words = [f"{self._word(each.word)} {each.with_interval()}" for each in parameters]
+        words = [f"{each.word} {each.with_interval()}" for each in parameters]
         return ", ".join(filter(None, [setting, *words, remark]))
 
     def parameters_of_added(self) -> dict[str, ParameterEstimate]:
@@ -140,7 +140,7 @@ class FittedModel:
             return _beyond_in_words.in_short(effect, self.estimates_of(effect.name)["value"])
         setting, remark = self.about.get(effect.name, ("", ""))
         of_effect = self.estimates_of(effect.name).items()
-        estimates = [(word, item) for word, item in of_effect if not word.endswith("]")]
+        estimates = [(word, item) for word, item in of_effect if not item.is_of_channels]
         sizes = {word: item.in_short() for word, item in estimates if not _is_place(effect, item)}
         places = [
             f"{word.replace('.', ' ')} {item.in_short()}"
@@ -149,16 +149,6 @@ class FittedModel:
         ]
         what = [setting, *_named_sizes(kind_of(effect), sizes), remark]
         return " ".join(filter(None, [", ".join(filter(None, what)), ", ".join(places)]))
-
-    def _word(self, word: str) -> str:
-        """Word of an unknown within its effect, an element of an array by the channels it is of."""
-        field, _, number = word.removesuffix("]").partition("[")
-        if not number or self.experiment is None:
-            return word
-        actuators = self.experiment.actuator_channels
-        sensor, actuator = divmod(int(number), len(actuators))
-        driven = f" from {actuators[actuator].label}" if len(actuators) > 1 else ""
-        return f"{field} at {self.experiment.sensor_channels[sensor].label}{driven}"
 
     @property
     def kinds(self) -> list[str]:
