@@ -192,7 +192,7 @@ def _recommendation(saved: Saved) -> str:
     if saved.ledger.get("verdict"):
         return (
             "Recommended: take what was found into the model (bayes-placement improve MODEL "
-            "--save NEW), and confirm it by an inspection of that place."
+            "--save NEW), and confirm it by an inspection of what is named."
         )
     if not saved.ledger:
         return ""
