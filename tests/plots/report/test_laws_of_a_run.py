@@ -4,6 +4,7 @@ import inspect
 import json
 import re
 import types
+from unittest.mock import Mock
 
 import pandas as pd
 import pytest
@@ -12,6 +13,7 @@ from matplotlib.figure import Figure
 
 import bayes_placement as bp
 from bayes_placement._shared.errors import InputError
+from bayes_placement.cli._run import Run
 from bayes_placement.cli.improve import draw_where, write_reach
 from bayes_placement.plots.report import Report, write_report
 from bayes_placement.plots.report._saved import Saved
@@ -79,7 +81,8 @@ def test_figures_of_the_run_are_shown_with_their_numbers(tmp_path):
 def test_the_page_shows_reach_and_law_in_letters_that_can_be_read(tmp_path):
     setup, kept = experiment(), {}
     reach = bp.reach(setup, measured(maxwell))
-    run = types.SimpleNamespace(
+    run = Mock(
+        spec=Run,
         table=lambda name, table, index: table.to_csv(tmp_path / name, index=index),
         begin=lambda name, write: write(tmp_path / name),
         law=lambda name, table: None,
