@@ -209,6 +209,25 @@ def test_what_takes_long_is_tried_beside_the_best_hypothesis_alone(found, monkey
     assert [[branch.kinds for branch, _ in of_kind] for of_kind in pairs] == [[single.kinds]]
 
 
+def test_one_more_mode_is_tried_however_little_it_promises(found, monkeypatch):
+    """What is promised is by a scan of the model without the first, which saw that one alone."""
+    null, single = found.of(()), found.of(("point_mass",))
+    mode, mass, gain = (
+        effects.library(experiment(), [kind]).effects[0]
+        for kind in ("further_mode", "point_mass", "gain_error")
+    )
+    problem = null.problem.with_effect(mode)
+    branch = dataclasses.replace(single, effects=(mode,), problem=problem)
+    candidates = [
+        Mock(effect=effect, problem=null.problem.with_effect(effect)) for effect in (mass, gain)
+    ]
+    candidates.append(Mock(effect=mode, problem=problem))
+    monkeypatch.setattr(_more_effects, "_by_promise", lambda *_: candidates)
+    pool = found._replace(hypotheses=[null, branch], candidates=candidates)
+    pairs = _more_effects._pairs(pool, [branch], 1)
+    assert [kind_of(group[0][1]) for group in pairs] == ["point_mass", "further_mode"]
+
+
 def test_one_mass_is_not_two():
     hypotheses = searched(MASS)
     assert {len(h.effects) for h in hypotheses.hypotheses} == {0, 1, 2}
