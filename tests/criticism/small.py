@@ -19,7 +19,7 @@ TRUTH = {
 }
 
 
-def experiment():
+def experiment(**settings):
     modes = bp.beams.bar(
         12, length=1.0, area=1e-3, youngs_modulus=dist.Uniform(0.95e9, 1.05e9), density=9000.0
     )
@@ -33,6 +33,7 @@ def experiment():
         frequency=LINES,
         observe=bp.observe.Complex("acceleration"),
         noise=bp.noise.FromCoherence(),
+        **settings,
     )
 
 

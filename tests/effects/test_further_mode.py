@@ -1,5 +1,7 @@
 """A mode that the model cannot have: its closed form, and finding it in what was measured."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -29,9 +31,13 @@ def test_a_body_that_turns_as_well_adds_what_sensors_beside_its_axis_see():
     np.testing.assert_allclose(added, expected, rtol=1e-9)
 
 
-def test_its_scan_solves_for_the_residues_within_the_width_of_its_resonance():
-    setup = experiment().fix(TRUTH)
-    measurement = measured(TWIST, seed=2)
+@pytest.mark.parametrize("levels", [1, 2])
+def test_its_scan_solves_for_the_residues_within_the_width_of_its_resonance(levels):
+    forces = [1.0, 2.0][:levels]
+    setup = experiment(force_levels=forces).fix(TRUTH)
+    measurement = [
+        dataclasses.replace(measured(TWIST, seed=2), force_level=force) for force in forces
+    ]
     null = null_hypothesis(setup, setup.data(measurement))
     (candidate,) = effects.library(setup, ["further_mode"]).effects
     (found,) = scanned([(null, candidate)], lambda: None)

@@ -64,18 +64,18 @@ class EffectAtData:
             self._of_pairs(np.where(chosen, strength, own)) for strength in (0.0, 1.0)
         )
         change = with_one - without
-        pull, squares = (np.einsum("...pl,...pl", change, each) for each in (without, change))
+        pull, squares = (np.einsum("psad,psad->psa", change, each) for each in (without, change))
         solved = own.copy()
         solved[:, chosen] = (-pull / (1 + squares)).reshape(len(own), -1)
         return solved
 
-    def _of_pairs(self, own: np.ndarray) -> Float[np.ndarray, "point sensor actuator part line"]:
-        """Residuals of the last state at coordinates of the effect."""
+    def _of_pairs(self, own: np.ndarray) -> Float[np.ndarray, "point sensor actuator datum"]:
+        """Residuals of the last state at coordinates of the effect, of all force levels in one."""
         evaluated = self.evaluated
         problem = evaluated if isinstance(evaluated, Problem) else evaluated.problem
         shape = np.shape(problem.data.z)
         residual, _ = evaluated.squares.residuals(self.points(own))
-        return residual[:, : math.prod(shape)].reshape(-1, *shape)
+        return residual[:, : math.prod(shape)].reshape(len(own), *shape[:2], -1)
 
 
 def own_columns(effect: Effect, problem: Problem) -> np.ndarray:
