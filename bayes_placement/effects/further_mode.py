@@ -73,7 +73,12 @@ class FurtherMode(InstrumentEffect):
 
     @classmethod
     def suggest(cls, scales: Scales) -> list["FurtherMode"]:
-        """Anywhere in the band; residues as of a mode in which a tenth of the structure moves."""
+        """Anywhere in the band; residues as of a mode in which a tenth of the structure moves.
+
+        None without phases, where residues are not found one by one.
+        """
+        if not scales.phase_observed:
+            return []
         shape = tuple(len(scales.instruments.channels(side)) for side in ("sensor", "actuator"))
         residue = Normal(np.zeros(shape), 10 / scales.mass).to_event(2)
         return [cls(residue, LogUniform(*scales.band), LogUniform(0.001, 0.1))]

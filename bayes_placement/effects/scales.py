@@ -160,6 +160,11 @@ class Scales:
         return max(observe.number or (observe.values.shape[1],)) if observe.is_modal else 1
 
     @property
+    def phase_observed(self) -> bool:
+        """Whether FRFs are observed with their phase, in two parts."""
+        return bool(self.setup.observe.parts == 2)
+
+    @property
     def quantity(self) -> str:
         """Motion that is observed: displacement, velocity or acceleration."""
         return str(self.setup.observe.quantity)

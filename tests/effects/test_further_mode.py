@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import equinox as eqx
 import numpy as np
 import pytest
 
@@ -66,3 +67,11 @@ def test_it_is_named_alone_and_beside_a_mass_or_another(beside):
     assert estimates["frequency"].low < TWIST.frequency < estimates["frequency"].high
     assert "residue at s1" in str(ledger) and "residue" not in ledger.sentence()
     assert "torsion" in ledger.sentence()
+
+
+def test_without_phases_it_is_not_tried():
+    amplitudes = eqx.tree_at(
+        lambda tree: tree.observe, experiment(), bp.observe.LogAmplitude("acceleration")
+    )
+    assert not effects.library(amplitudes, ["further_mode"]).effects
+    assert effects.library(experiment(), ["further_mode"]).effects
