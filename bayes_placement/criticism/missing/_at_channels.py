@@ -70,11 +70,9 @@ class EffectAtData:
         return solved
 
     def _of_pairs(self, own: np.ndarray) -> Float[np.ndarray, "point sensor actuator datum"]:
-        """Residuals of the last state at coordinates of the effect, of all force levels in one."""
-        evaluated = self.evaluated
-        problem = evaluated if isinstance(evaluated, Problem) else evaluated.problem
-        shape = np.shape(problem.data.z)
-        residual, _ = evaluated.squares.residuals(self.points(own))
+        """Residuals of the state that the effect is in, of all force levels in one."""
+        shape = np.shape(self.evaluated.problem.data.z)
+        residual, _ = self.evaluated.squares.residuals(self.points(own))
         return residual[:, : math.prod(shape)].reshape(len(own), *shape[:2], -1)
 
 

@@ -270,5 +270,7 @@ def _fine(solved: str, fields: dict[str, str]) -> dict[str, int]:
     """Numbers of points where strengths are solved for: the more along the first setting."""
     settings = [name for name in fields if name != solved]
     finest = MOST // SETTINGS ** max(0, len(settings) - 1)
-    counts = {solved: 1, **dict(zip(settings, [finest, *[SETTINGS] * len(settings)], strict=False))}
-    return {name: counts[name] for name in fields}
+    return {
+        name: 1 if name == solved else finest if name == settings[0] else SETTINGS
+        for name in fields
+    }

@@ -17,10 +17,10 @@ from .sections import (
     interactive,
     laws,
     modes,
-    positions,
     remarks,
     responses,
     suspicion,
+    unknowns,
     verdict,
 )
 
@@ -41,8 +41,8 @@ _SECTIONS = {
     "suspicion": suspicion.items,
     "tables": verdict.tables,
     "next measurement": suspicion.next_measurement,
-    "unknowns": positions.of_unknowns,
-    "positions": positions.items,
+    "unknowns": unknowns.items,
+    "positions": unknowns.positions,
     "mode shapes": modes.shapes,
     "warnings": remarks.warnings,
     "settings": remarks.settings,

@@ -8,7 +8,7 @@ import xarray as xr
 
 import bayes_placement as bp
 from bayes_placement.plots.report._saved import Saved
-from bayes_placement.plots.report.sections import positions
+from bayes_placement.plots.report.sections import unknowns
 from tests.browser import pages
 
 RNG = np.random.default_rng(4)
@@ -40,7 +40,7 @@ def saved(folder, sensors):
 
 
 def deviations(folder, sensors):
-    return {item.title: item for item in positions.items(saved(folder, sensors))}[
+    return {item.title: item for item in unknowns.positions(saved(folder, sensors))}[
         "Deviation from the record"
     ].content
 

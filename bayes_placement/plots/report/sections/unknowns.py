@@ -22,7 +22,7 @@ BINS = 30
 UNKNOWN_TAGS = ("unknowns",)
 
 
-def of_unknowns(saved: Saved) -> Iterator[Item]:
+def items(saved: Saved) -> Iterator[Item]:
     """List every unknown, and draw what the data say of it."""
     prior, posterior = saved.group("prior"), saved.group("posterior")
     if prior is None:
@@ -140,7 +140,7 @@ _LABELS = {
 _MARKS = {"sensor": "^", "actuator": "v", "effect": "*"}
 
 
-def items(saved: Saved) -> Iterator[Item]:
+def positions(saved: Saved) -> Iterator[Item]:
     """Draw the structure, and the deviation of every instrument from its record."""
     places, outline = saved.group("places"), saved.group("outline")
     if places is None or outline is None:
