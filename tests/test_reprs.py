@@ -15,7 +15,7 @@ import bayes_placement as bp
 from bayes_placement._shared.reprs import notebook_html, noun_html
 from bayes_placement.design.effective_independence import EffectiveIndependence
 from bayes_placement.design.place import Placement
-from bayes_placement.experiment.data_checks.check_data import DataChecks
+from bayes_placement.experiment.data_checks import DataChecks
 from bayes_placement.experiment.data_checks.record import Fault
 from bayes_placement.laws import Law
 from bayes_placement.laws.catalogue import leaves

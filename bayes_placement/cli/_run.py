@@ -20,8 +20,7 @@ import numpy as np
 from .._shared.errors import WritingError, warn
 from .._shared.files import Json, write_atomically, write_csv, write_json
 from .._shared.parts import begun_in_helper
-from ..experiment.array_store import ArrayStore
-from ..experiment.content_hash import content_hash
+from ..experiment.content_hash import ArrayStore, content_hash
 from ..experiment.modal_parameters import ModalParameters
 from ..inference.record import now, versions
 from ..io import modal_parameters, netcdf

@@ -16,8 +16,7 @@ import jax
 import numpy as np
 
 from .._shared.errors import WritingError, warn
-from ..experiment.array_store import ArrayStore
-from ..experiment.content_hash import content_hash
+from ..experiment.content_hash import ArrayStore, content_hash
 from ..inference.engines.empirical_bayes import Rival, Sized, fitted_with_sizes
 from ..inference.engines.laplace import Laplace
 from ..inference.engines.least_squares import ParameterPoints

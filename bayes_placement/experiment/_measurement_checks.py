@@ -7,7 +7,7 @@ from jaxtyping import Float, Int
 
 from .._shared.arguments import check_annotated, finite_number, shown
 from .._shared.errors import InputError
-from .scatter_of_lines import FEWEST
+from ._noise_level import FEWEST_FITTED
 
 PairLabel = Callable[[int, int], str]
 
@@ -177,9 +177,9 @@ def no_scatter(lines: np.ndarray) -> InputError:
     """Return the error that says why the scatter of lines is not known."""
     return InputError(
         f"The scatter of {lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz was asked for; "
-        f"at least {FEWEST} that are evenly spaced are needed, since noise is what neighbours do "
-        "not share. Read the whole record and choose lines then: measurement.thinned(200); or "
-        "state the error: noise.Gaussian(sigma)."
+        f"at least {FEWEST_FITTED} that are evenly spaced are needed, since noise is what "
+        "neighbours do not share. Read the whole record and choose lines then: "
+        "measurement.thinned(200); or state the error: noise.Gaussian(sigma)."
     )
 
 

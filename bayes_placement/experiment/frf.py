@@ -19,8 +19,7 @@ from ..modes.modes import Modes
 from ..modes.points import Points, joined
 from ..modes.ports import PortLaw
 from ..modes.uneven_pieces import Excess, with_uneven_pieces
-from .amplitudes import attached
-from .closure import closed, reciprocal
+from .closure import attached, closed, reciprocal
 from .structure import Structure
 
 PerMode = Inexact[Array, "mode frequency"]

@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..positions.channel import Channel, Channels, check_distinct, checked, match, parsed
-from . import _measurement_arrays, line_choice
 from . import _measurement_checks as checks
-from ._measurement_arrays import as_pairs, frozen
+from . import _measurement_words, line_choice
 from ._measurement_checks import measured_lines
-from ._measurement_words import sentence
-from ._noise_level import pooled_by_coherence
+from ._measurement_words import as_pairs, frozen, sentence
+from ._noise_level import pooled_by_coherence, scatter_of
 from .quantities import converted, frf_name
-from .scatter_of_lines import scatter_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -355,13 +353,13 @@ class Measurement:
 
     def to_dataset(self) -> "xr.Dataset":
         """Return the measurement as a labelled dataset, complex numbers as an axis `part`."""
-        return _measurement_arrays.dataset(self)
+        return _measurement_words.dataset(self)
 
     def __repr__(self) -> str:
         """Say what was measured in one paragraph."""
         return sentence(self)
 
-    _repr_html_ = _measurement_arrays.html
+    _repr_html_ = _measurement_words.html
 
     @cached_property
     def _variance_by_coherence(self) -> np.ndarray | None:

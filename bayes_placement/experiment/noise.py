@@ -14,7 +14,7 @@ from .._shared.errors import InputError
 from .._shared.ranges import POSITIVE, SHARE_OF_AMPLITUDE
 from .._shared.reprs import with_short_repr
 from .._shared.sites import is_unknown, unit
-from ._noise_values import check_lines, not_negative, positive, positive_definite
+from ._value_checks import check_lines, not_negative, positive, positive_definite
 from .measurement import Measurement
 from .observation import Chosen, Data
 

@@ -14,8 +14,7 @@ from .._shared.dimensions import Receptance, Response, Shapes
 from .._shared.errors import InputError
 from ..positions.channel import Channel
 from ._experiment_checks import all_known, no_frfs
-from ._mode_pairs import MeasuredShapes, assurance, paired
-from ._oscillator import Branches, Oscillator
+from ._oscillator import Branches, MeasuredShapes, Oscillator, assurance, paired
 from .modal_parameters import DAMPING, FREQUENCY, SHAPE, ModalParameters
 from .observation import FRF, AngularFrequencies, Data, Measured, Observation, Variance
 

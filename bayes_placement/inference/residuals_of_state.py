@@ -14,9 +14,9 @@ from jaxtyping import Array, Complex, Float
 from .._shared.compiled import Bound, compiled
 from .._shared.sites import Unknown
 from ..effects.effect import Modulus, take_long
-from ..experiment.applied_effects import AppliedLaw, AppliedModulus
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
+from ..experiment.with_effects_applied import AppliedLaw, AppliedModulus
 from .batches import (
     BATCH,
     BatchedFunction,

@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 import bayes_placement as bp
 from bayes_placement import effects
 from bayes_placement.criticism.missing import _more_effects
-from bayes_placement.experiment import amplitudes
+from bayes_placement.experiment import closure
 from tests.effects import models_in_space
 
 AT = 0.4  # no law depends on it
@@ -105,7 +105,7 @@ def ports(count, seed=8):
 @jax.jit
 def moved(law, receptance, free):
     """Amplitudes at ports that are driven, each at a line of its own."""
-    return amplitudes.amplitude(law, jnp.ones(receptance.size), receptance, free[None])[0]
+    return closure.amplitude(law, jnp.ones(receptance.size), receptance, free[None])[0]
 
 
 def scanned(law, receptance, free):
@@ -185,7 +185,7 @@ def response_of(kind, numbers, receptance, free):
     """What an attachment makes of two channels at its port: real and imaginary part."""
     matrix = jnp.full((2, 2, 1), receptance)
     law = kind(AT, *numbers)
-    (frf,) = amplitudes.attached(matrix, law, jnp.ones(1), jnp.array([free])).ravel()
+    (frf,) = closure.attached(matrix, law, jnp.ones(1), jnp.array([free])).ravel()
     return jnp.array([frf.real, frf.imag])
 
 
@@ -298,7 +298,7 @@ def test_the_response_is_the_first_harmonic_of_a_time_history(law, contact, rati
         free = 1 / (SPRING - MASS * omega**2 + 1j * omega * DASHPOT)
         matrix = jnp.full((2, 2, 1), free)
         lines = jnp.array([omega]), jnp.array([DRIVE])
-        seen = complex(amplitudes.attached(matrix, law, *lines)[0, 0, 0])
+        seen = complex(closure.attached(matrix, law, *lines)[0, 0, 0])
         expected = history(contact, omega)
         assert abs(seen / expected - 1) < 0.005
         assert abs(free / expected - 1) > 0.1

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.experiment.scatter_of_lines import scatter_variance
+from bayes_placement.experiment._noise_level import variance_by_fits
 
 MODES = [(37.0, 0.01, 1.0), (90.0, 0.004, -0.8), (171.0, 0.01, 0.6), (260.0, 0.02, 0.7)]
 LEVELS = {
@@ -46,7 +46,7 @@ def test_the_added_noise_comes_out(errors, level, spacing):
     ratios, squares = [], []
     for _ in range(10):
         error = deviation * errors(random, frequency.size)
-        variance = scatter_variance(frf + error)
+        variance = variance_by_fits(frf + error)
         ratios.append(np.median(variance / deviation**2))
         squares.append(np.mean(np.abs(error) ** 2 / variance))
     assert np.mean(ratios) == pytest.approx(1.0, abs=0.12)

@@ -8,7 +8,11 @@ import bayes_placement as bp
 from bayes_placement import effects
 from bayes_placement._shared.compiled import compiled
 from bayes_placement.effects.scales import Scales
-from bayes_placement.experiment.applied_effects import AppliedLaw, AppliedModulus, AppliedRecord
+from bayes_placement.experiment.with_effects_applied import (
+    AppliedLaw,
+    AppliedModulus,
+    AppliedRecord,
+)
 from bayes_placement.inference.batches import batch, without_priors
 from bayes_placement.inference.residuals import Problem
 from tests.criticism.small import experiment, measured

@@ -17,8 +17,7 @@ from ..._shared.parts import done_by, shared_in_any_order
 from ..._shared.progress import Progress, no_progress
 from ..._shared.ranges import described, reach
 from ..._shared.sites import Role, Unknown
-from ...experiment.array_store import ArrayStore
-from ...experiment.content_hash import content_hash
+from ...experiment.content_hash import ArrayStore, content_hash
 from ...experiment.experiment import Experiment
 from ...experiment.variants import with_lines
 from ...inference.record import integer_seed
