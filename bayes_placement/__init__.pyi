@@ -27,7 +27,7 @@ from .experiment import (
     noise,
     observe,
 )
-from .experiment.identification.identify import identify
+from .experiment.identification import identify
 from .experiment.variants import observing_modes
 from .explorer import explore
 from .inference import engines, marginals

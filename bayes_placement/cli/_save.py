@@ -25,8 +25,8 @@ from ..experiment.experiment import Experiment
 from ..io._modal_arrays import holds_modal_parameters
 from ..io.case._effects import candidate_place
 from ..io.case._runs import write_completed
+from ..laws.elements import ELEMENTS
 from ..laws.law import Law
-from ..laws.typed import ELEMENTS
 from ..positions.places import Straight
 
 if TYPE_CHECKING:

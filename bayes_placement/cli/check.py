@@ -7,7 +7,7 @@ import xarray as xr
 
 from ..criticism.check.check import check
 from ..criticism.check.misfit import Misfit
-from ..criticism.identified_beside_model import identified_beside_model
+from ..criticism.fitted_modes import identified_beside_model
 from ..inference.results import warnings_of
 from ..plots import misfit as plots
 from ..plots import modes as mode_plots

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from .._shared.errors import UsageError
 from .._shared.files import write_atomically
-from ..experiment.identification.identify import Side, identified
+from ..experiment.identification import Side, identified
 from ..experiment.measurement import Measurement
 from ..io import case, formats, mapped, uff
 from ..io._gate import files_read

@@ -14,13 +14,14 @@ from typing import NamedTuple, TypeVar
 
 import jax
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from .._shared.errors import WritingError, warn
+from .._shared.parts import nothing, shared
 from ..experiment.content_hash import ArrayStore, content_hash
 from ..inference.engines.empirical_bayes import Rival, Sized, fitted_with_sizes
-from ..inference.engines.laplace import Laplace
 from ..inference.engines.least_squares import ParameterPoints
-from ..inference.engines.levenberg_marquardt import Fit
+from ..inference.engines.levenberg_marquardt import Fit, Laplace
 from ..inference.residuals import Problem
 
 VERSION = version("bayes_placement")
@@ -181,3 +182,34 @@ def kept_with_sizes(
 
 def _name(number: int) -> str:
     return f"leaf_{number}"
+
+
+Outcome = TypeVar("Outcome")
+
+
+def fitted_in_processes(
+    fit: Callable[..., Outcome],
+    tasks: Sequence[tuple[object, ...]],
+    done: Callable[[int], None] = lambda _: None,
+    meanwhile: Callable[[], object] = nothing,
+) -> list[Outcome]:
+    """Fit in this process and its helpers, see `shared`.
+
+    The function is one of a module, whose results are arrays and numbers. Tasks are its arguments,
+    those that take longest first; `done` is called with the number of each that is done.
+    `meanwhile` is what this process does first, once helpers have begun.
+    """
+    folder = folder_of_fits()
+    outcomes = shared(_in_folder, [(fit, folder, task) for task in tasks], done, meanwhile)
+    count_taken(sum(taken for _, taken in outcomes))
+    return [outcome for outcome, _ in outcomes]
+
+
+@threadpool_limits.wrap(limits=1)
+def _in_folder(
+    fit: Callable[..., Outcome], folder: Path | None, task: tuple[object, ...]
+) -> tuple[Outcome, int]:
+    """What one process finds, and how many fits it takes from the folder."""
+    with fits_kept_in(folder) as fits:
+        outcome = fit(*task)
+    return outcome, 0 if fits is None else fits.taken

@@ -8,9 +8,8 @@ from .next_measurement import planned
 from .place import Placement, place
 from .running.chunks import progress_bar
 from .search.evolutionary import Evolutionary
-from .search.exhaustive import Exhaustive
-from .search.forward import Forward
-from .search.sequential import Sequential
+from .search.forward import Forward, Sequential
+from .search.strategy import Exhaustive
 from .tolerance import ToleranceStudy, tolerance_study
 
 __all__ = [

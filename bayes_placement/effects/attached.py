@@ -1,17 +1,36 @@
-"""Any law attached to one place of the structure, and what all effects of a given law share."""
+"""Any law of springs, dashpots and masses, attached to one place, in a cut, or as the modulus."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 import equinox as eqx
+from jaxtyping import Array, Complex
 
 from .._shared.arguments import shown
 from .._shared.errors import InputError
-from .._shared.sites import LAW_UNITS, OF_ROTATION, unit
-from ..modes.ports import MOTIONS, rotation
-from .effect import Effect, NetworkAttachment, StructureEffect
-from .on_rotation import Footprint, check_rotation
-from .prelude import Law, Modes, Parameter, Points, Scales, coordinates, field
+from .._shared.sites import LAW_UNITS, OF_MODULUS, OF_ROTATION, unit
+from ..modes.changed import required_waveguide
+from ..modes.ports import MOTIONS, cut, rotation
+from .effect import Effect, StructureEffect
+from .prelude import (
+    AtPlace,
+    Footprint,
+    Law,
+    Modes,
+    Modulus,
+    NetworkAttachment,
+    Omega,
+    OnPorts,
+    Parameter,
+    Points,
+    PortLaw,
+    Scales,
+    Stiffness,
+    check_rotation,
+    coordinates,
+    field,
+    placed,
+)
 
 
 class GivenLaw(StructureEffect):
@@ -104,3 +123,87 @@ class Attached(GivenLaw, NetworkAttachment):
         if self.motion == "displacement":
             return NetworkAttachment.points(self, modes)
         return rotation(coordinates(self.at), self.footprint, self.direction, modes)
+
+
+class Inserted(GivenLaw, AtPlace, OnPorts):
+    """A law between the two sides of a cut: a hinge with losses, a crack, a soft or lossy support.
+
+    The structure opens the cut against it. Its compliance times the strength is what is inserted,
+    so that a strength of zero closes the cut. `local_stiffness_loss` and `compliant_support`
+    change the modes and their damping instead; both agree where nothing is damped.
+
+    Parameters
+    ----------
+    at
+        Where the cut is [m]; at an end, between the structure and its support.
+    law
+        What holds the two sides together, a network of springs and dashpots, of a rotation in N m
+        for N.
+    strength
+        Factor on its compliance [1].
+    motion
+        How the sides move against each other: `rotation` of a beam, or `displacement`.
+
+    Examples
+    --------
+    >>> joint = bp.effects.LossySpring(1e7, dist.LogUniform(1e-3, 1.0))
+    >>> sleeve = bp.effects.inserted(0.4, joint, motion="displacement", name="sleeve")
+    >>> list((experiment + sleeve).unknown)[1]
+    'structure.effects.sleeve.law.loss_factor'
+    """
+
+    acts_on = "cut"
+    law: Law = field(metadata={LAW_UNITS: of_motion})
+    strength: Parameter = field(metadata=unit("1"), default=1.0)
+    motion: str = field(static=True, default="rotation", kw_only=True)
+    name: str = field(static=True, default="inserted", kw_only=True)
+
+    def on(self, modes: Modes) -> "Inserted":
+        """Return the effect placed on a uniform bar or beam, cut or not."""
+        check_motion(self, MOTIONS)
+        waveguide = required_waveguide(
+            modes, "inserted", "Use soft_support or region_stiffness_loss."
+        )
+        check_motion(self, MOTIONS[:1] if waveguide.half_order == 1 else MOTIONS)
+        return placed(self, modes)
+
+    def port_laws(self, modes: Modes, modulus: Stiffness, omega: Omega) -> Sequence[PortLaw]:
+        """The internal force at the cut, and less the compliance for the modulus as drawn."""
+        numerator, denominator = self.law.fraction(omega)
+        compliance = -self.strength * denominator * modulus**2
+        return [PortLaw(cut(coordinates(self.at), self.motion, modes), compliance, numerator)]
+
+
+class ModulusLaw(GivenLaw, Modulus):
+    """A modulus E (1 + Z) of the whole structure, with a law Z of springs and dashpots.
+
+    A springpot makes it a fractional one (Bagley and Torvik, AIAA J. 21 (1983) 741,
+    doi:10.2514/3.8142), a lossy spring a hysteretic one.
+
+    Parameters
+    ----------
+    law
+        What is added to the modulus as drawn, over it: stiffnesses in 1 for N/m, viscosities in s
+        for N s/m.
+    strength
+        Factor on the law [1].
+
+    Examples
+    --------
+    >>> rubber = bp.effects.modulus(bp.effects.Springpot(dist.LogUniform(1e-3, 1.0), 0.5, 300.0))
+    >>> list((experiment + rubber).unknown)[1]
+    'structure.effects.modulus.law.stiffness'
+    """
+
+    law: Law = field(metadata={LAW_UNITS: lambda effect: OF_MODULUS})
+    strength: Parameter = field(metadata=unit("1"), default=1.0)
+    name: str = field(static=True, default="modulus", kw_only=True)
+
+    @property
+    def kind(self) -> str:
+        """Name of its kind, which is that of the network."""
+        return f"modulus: {self.law.in_words()}"
+
+    def relative_modulus(self, omega: Omega) -> Complex[Array, "frequency"]:
+        """What the law adds [1]."""
+        return self.network().dynamic_stiffness(omega) + 0j

@@ -6,7 +6,7 @@ from jaxtyping import Array, Float
 from numpyro.distributions import Distribution
 
 from .._shared.compiled import compiled
-from ..modes.beams.beams import UniformBeam
+from ..modes.beams import UniformBeam
 from ..modes.changed import ChangedModes, changed, over_changed_modes, required_beam
 from .prelude import GlobalChange, Modes, Parameter, Scales, field, log_uniform_of_either_sign, unit
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import equinox as eqx
 
 from .._shared.ranges import SIZE, log_uniform_of_either_sign
-from ..modes.beams.beams import UniformBar, UniformBeam
+from ..modes.beams import UniformBar, UniformBeam
 from ..modes.beams.waveguide import Waveguide
 from ..modes.finite_elements.nodal_modes import NodalModes
 from .prelude import GlobalChange, InputError, Instruments, Modes, Parameter, Scales, field, unit

@@ -26,7 +26,7 @@ from ..positions.places import Value, coordinates
 from ..positions.tolerances import Tolerance
 from ..positions.vectors import Recorded
 from . import _setting_words
-from ._directions import check_direction
+from ._setting_words import check_direction
 from .instruments import Instruments
 from .scales import Axis, Scales
 

@@ -33,9 +33,9 @@ from .swapped import SwappedSensors as swapped_sensors
 from .swapped import SwappedActuators as swapped_actuators
 from .frequency_drift import FrequencyDrift as frequency_drift
 from .attached import Attached as attached
-from .inserted import Inserted as inserted
+from .attached import Inserted as inserted
 from .over import Over as over
-from .modulus_law import ModulusLaw as modulus
+from .attached import ModulusLaw as modulus
 from .strut import Strut as strut
 from .rotary_inertia import RotaryInertia as rotary_inertia
 from .eccentric_mass import EccentricMass as eccentric_mass

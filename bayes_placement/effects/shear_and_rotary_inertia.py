@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..modes.beams.beams import UniformBeam
+from ..modes.beams import UniformBeam
 from ..modes.changed import ChangedModes, changed, over_changed_modes
 from .axial_preload import OfBeam
 from .prelude import POSITIVE, LogUniform, Modes, Parameter, Scales, field, unit

@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 
 from .._shared.compiled import Bound, compiled, of_jax, programs_kept
 from .._shared.files import Json
-from ..criticism.values import prediction, with_arrays
+from ..criticism.fitted import prediction, with_arrays
 from ..effects.effect import Effect
 from ..experiment._experiment_checks import at_levels
 from ..experiment.experiment import Experiment, Measurements

@@ -106,7 +106,7 @@ class Law(eqx.Module):
         >>> "m = 0.3 kg" in law.drawing()
         True
         """
-        from .drawing import drawing
+        from .symbols import drawing
 
         return drawing(self)
 

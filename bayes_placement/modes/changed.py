@@ -11,7 +11,7 @@ from numpyro.distributions import Distribution
 from .._shared.errors import InputError
 from ..positions.bounds import Bounds
 from ..positions.places import Straight
-from .beams.beams import UniformBeam
+from .beams import UniformBeam
 from .beams.waveguide import Waveguide
 from .eigenpairs import Eigenpairs, eigenpairs
 from .finite_elements.nodal_modes import NodalModes, UnknownModes, nodal_of

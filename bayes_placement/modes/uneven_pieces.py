@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 from .._shared.compiled import compiled
 from .beams.waveguide import Waveguide
 from .changed import ChangedModes, DerivedModes, changed, original
-from .finite_elements.cell_masses import CELLS
+from .finite_elements._part_factors import CELLS
 from .finite_elements.nodal_modes import NodalModes, nodal_of
 from .modes import Modes, frequencies_of
 

@@ -7,7 +7,7 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.criticism.identified_beside_model import identified_beside_model
+from bayes_placement.criticism.fitted_modes import identified_beside_model
 from tests.experiment import modal_bars
 from tests.experiment.test_identification import DRIVEN, LINES, PLACES, measured
 

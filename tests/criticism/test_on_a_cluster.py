@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.criticism import fits_in_processes
+from bayes_placement.criticism import kept_fits
 from bayes_placement.criticism.missing import _shared_fits
 from tests.code_blocks import ROOT, blocks, written
 from tests.criticism.small import MASS, experiment, measured
@@ -71,11 +71,11 @@ def stop_once(marker, *task):
     """Do a part, but kill the worker that has the first."""
     if at_work.first(marker):
         at_work.stop(task)
-    return fits_in_processes._in_folder(*task)  # of a worker, where it is as it was
+    return kept_fits._in_folder(*task)  # of a worker, where it is as it was
 
 
 def test_a_worker_that_is_killed_changes_no_bit(cluster, on_cluster, tmp_path, monkeypatch):
-    monkeypatch.setattr(fits_in_processes, "_in_folder", partial(stop_once, tmp_path / "killed"))
+    monkeypatch.setattr(kept_fits, "_in_folder", partial(stop_once, tmp_path / "killed"))
     pd.testing.assert_frame_equal(on_cluster, improved(cluster), check_exact=True)
     assert (tmp_path / "killed").exists()
 

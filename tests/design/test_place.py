@@ -5,7 +5,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import design, information
-from bayes_placement.design.search.placement_rules import PlacementRules
+from bayes_placement.design.search._search_space import PlacementRules
 from models import bar
 from tests.effects import models_in_space
 

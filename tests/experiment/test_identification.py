@@ -9,7 +9,7 @@ from scipy.stats import chi2
 
 import bayes_placement as bp
 from bayes_placement._shared.errors import InputError
-from bayes_placement.experiment.identification.identify import IdentificationWarning
+from bayes_placement.experiment.identification import IdentificationWarning
 from tests.experiment import modal_bars
 
 PLACES, DRIVEN = (0.12, 0.31, 0.47, 0.83), (0.21, 0.68)

@@ -7,7 +7,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement._shared.errors import InputError
-from bayes_placement.experiment.data_checks.signal import is_signal
+from bayes_placement.experiment.data_checks.without_model import is_signal
 from tests.criticism.small import experiment, measured
 
 

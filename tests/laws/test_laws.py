@@ -11,7 +11,7 @@ from bayes_placement._shared.sites import unknowns
 from bayes_placement.effects import Dashpot, LossySpring, Mass, Spring, Springpot, Tabulated
 from bayes_placement.laws import Law
 from bayes_placement.laws.catalogue import leaves
-from bayes_placement.laws.typed import typed
+from bayes_placement.laws.elements import typed
 
 OMEGA = jnp.asarray(2 * np.pi * np.array([3.0, 17.0, 44.0, 160.0]))
 SPRING, DASHPOT, MASS = Spring(2e4), Dashpot(40.0), Mass(0.3)

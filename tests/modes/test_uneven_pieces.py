@@ -13,8 +13,11 @@ import scipy.linalg
 import bayes_placement as bp
 from bayes_placement._shared.compiled import compiled
 from bayes_placement._shared.errors import InputError
-from bayes_placement.modes.finite_elements._part_factors import NamedMatrices
-from bayes_placement.modes.finite_elements.cell_masses import _cells, checked_cell_masses
+from bayes_placement.modes.finite_elements._part_factors import (
+    NamedMatrices,
+    _cells,
+    checked_cell_masses,
+)
 from bayes_placement.modes.uneven_pieces import Excess, piece_shares, with_uneven_pieces
 from tests.in_space import Linear
 from tests.meshed_plates import CELLS, plate_modes

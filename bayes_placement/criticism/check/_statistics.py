@@ -4,12 +4,54 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import xarray as xr
 from jaxtyping import Float
 from scipy.special import ndtr
 
+from ..._shared.sites import Role
 from ...inference.chi2 import Chi2
 from ...inference.output_residuals import Chosen, FRFParts, Residuals
-from ._noise import scatter_of
+from ..noise_needed import NoiseNeeded, over_scatter, relative_size
+from .correlation import band, fdac, frac
+
+OF_COHERENCE = {"noise factor", "noise coherence"}
+"""Owner and field of factors on what the coherence says."""
+
+
+def noise_needed(data: Residuals, posterior: xr.DataTree) -> NoiseNeeded | None:
+    """Noise that the model needs; None where it is known."""
+    if data.deviation is not None:
+        return None
+    parts = None if data.measured.shape[-1] == 1 else -1
+    scale = np.where(data.present, data.scale, 0.0) if parts else data.scale
+    everywhere = np.ones(data.residual.shape[:3], dtype=bool)
+    factors = [
+        float(np.median(draws))
+        for draws in posterior["posterior"].data_vars.values()
+        if draws.attrs.get("role") == Role.OUTPUT_ERROR.value
+        and f"{draws.attrs['owner']} {draws.attrs['field']}" in OF_COHERENCE
+    ]
+    return NoiseNeeded(
+        relative_size(scale, data.measured, parts),
+        *scatter_of(data, everywhere),
+        over_coherence=factors[0] if factors else float("nan"),
+    )
+
+
+def scatter_of(data: Residuals, group: Chosen) -> tuple[float, float]:
+    """Residuals of a group over the scatter of neighbouring lines, and its p-value."""
+    present = data.present & group[..., None]
+    scaled = np.where(present, data.residual / data.scale, 0.0)
+    runs = [data.force_level == level for level in np.unique(data.force_level)]
+    return over_scatter(
+        *(np.concatenate([_rows(array[:, :, run]) for run in runs]) for array in (scaled, present))
+    )
+
+
+def _rows(array: np.ndarray) -> np.ndarray:
+    """Array [sensor, actuator, frequency, part] as rows along frequency."""
+    return np.moveaxis(array, 2, -1).reshape(-1, array.shape[2])
+
 
 LAGS = 5
 """Largest distance in lines over which residuals are compared."""
@@ -99,3 +141,45 @@ class Statistics:
         covariance = np.where(mask, covariance / (scale[:, :, lag:] * scale[:, :, :-lag]), 0.0)
         fill = [(0, 0), (0, 0), (0, lag), (0, 0)]
         return np.pad(product + covariance, fill), np.pad(product**2, fill)
+
+
+MOST_LINES = 80
+"""Most lines at which the frequency domain assurance criterion is computed, evenly spaced."""
+
+MOST_DRAWS = 100
+
+
+def correlations(data: Residuals) -> xr.Dataset:
+    """FRAC of each channel pair and FDAC, each with median and 90 % band over the posterior.
+
+    Logarithms of amplitudes are compared as amplitudes, without phase. FDAC is computed at no more
+    than `MOST_LINES` lines.
+    """
+    stride = max(1, -(-data.draws.shape[0] // MOST_DRAWS))
+    lines = np.unique(np.linspace(0, data.frequency.size - 1, MOST_LINES).astype(int))
+    present = data.present[..., 0]
+    measured = np.where(present, _frf(data, data.measured), 0)
+    computed = np.where(present, _frf(data, data.draws[::stride]), 0)
+    criteria = {
+        "frac": (("sensor", "actuator"), band(frac, measured, computed)),
+        "fdac": (
+            ("measured_line", "computed_line"),
+            band(fdac, measured[..., lines], computed[..., lines]),
+        ),
+    }
+    variables = {
+        f"{name}{ending}": (dimensions, values)
+        for name, (dimensions, median_and_band) in criteria.items()
+        for ending, values in zip(("", "_low", "_high"), median_and_band, strict=True)
+    }
+    labels: dict[str, object] = {s: data.template[s].values for s in ("sensor", "actuator")}
+    for axis in ("measured_line", "computed_line"):
+        labels[axis] = (axis, data.frequency[lines], {"units": "Hz"})
+    return xr.Dataset(variables, coords=labels)
+
+
+def _frf(data: Residuals, values: np.ndarray) -> np.ndarray:
+    if values.shape[-1] == 2:
+        return values[..., 0] + 1j * values[..., 1]
+    logarithm = data.template.attrs.get("units", "").startswith("log10")
+    return 10 ** values[..., 0] if logarithm else values[..., 0]

@@ -8,12 +8,10 @@ from ..._shared.errors import InputError
 from ...inference.chi2 import LEVEL
 from ...inference.output_residuals import Residuals, response_when_exact
 from ...inference.results import data_faults_of
-from . import _edges, _model_error, _noise, discrepancy
-from ._frf_correlations import correlations
+from . import _edges, _model_error, discrepancy
 from ._residuals import Grouping, groupings, residuals
-from ._statistics import Statistics
-from .misfit import Misfit
-from .verdict import Verdict, decides
+from ._statistics import Statistics, correlations, noise_needed
+from .misfit import Misfit, Verdict, decides
 
 
 @arguments_checked
@@ -81,7 +79,7 @@ def check(posterior: xr.DataTree, *, level: float = LEVEL, bands: int = 8) -> Mi
         noise_known=noise_known,
         data_faults=tuple(data_faults_of(posterior)),
         model_error=_model_error.model_error(posterior),
-        noise_needed=_noise.noise_needed(data, posterior),
+        noise_needed=noise_needed(data, posterior),
         chi2_without_errors=_chi2_without_errors(data, posterior),
     )
 
@@ -103,7 +101,7 @@ def verdict(posterior: xr.DataTree, *, level: float = LEVEL) -> Verdict:
         overall=overall,
         level=level,
         noise_known=data.deviation is not None,
-        noise_needed=_noise.noise_needed(data, posterior),
+        noise_needed=noise_needed(data, posterior),
         has_model_error=bool(_model_error.model_error(posterior)),
     )
 

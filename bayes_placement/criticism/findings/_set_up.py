@@ -1,17 +1,42 @@
-"""The set-up of a test in words: structure, channels, lines, averages, coherence."""
+"""The set-up of a test in words, the unknowns shown of it, and how far fits moved these."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
+import xarray as xr
 
 from ..._shared.dimensions import Parameter
-from ..._shared.ranges import described
-from ..._shared.sites import is_unknown
+from ..._shared.ranges import described, ends
+from ..._shared.sites import Role, Unknown, is_unknown
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.measurement import Measurement
 from ...experiment.modal_parameters import ModalParameters
 from ...experiment.quantities import quantity_of
+from ...inference.estimates import scalars
+from ...inference.units import readable
 from ...positions.bounds import position_text
+
+SIZE = "size"
+"""Field of a model error that is its size."""
+
+
+def shown_unknowns(experiment: Experiment) -> list[Unknown]:
+    """Return the unknowns of an experiment; of a model error its sizes alone."""
+    return [
+        unknown
+        for unknown in experiment.unknowns
+        if unknown.role is not Role.MODEL_ERROR or unknown.field == SIZE
+    ]
+
+
+def with_bounds(experiment: Experiment, draws: xr.Dataset) -> xr.Dataset:
+    """Return draws from priors, with the bounds of each prior that has some as its attribute."""
+    for unknown in experiment.unknowns:
+        bounds = ends(unknown.distribution) if unknown.name in draws else ()
+        if bounds and np.isfinite(bounds).all():
+            draws[unknown.name].attrs["prior_bounds"] = list(map(float, bounds))
+    return draws
+
 
 UNSTATED = "not stated"
 
@@ -66,3 +91,48 @@ def _channels(experiment: Experiment) -> Iterator[list[str]]:
 def _gain(gain: Parameter | None) -> str:
     """Factor on the recorded FRFs; an unknown one as its prior."""
     return described(gain) if is_unknown(gain) else f"{1.0 if gain is None else gain:g}"
+
+
+MOST = 3
+"""Parameters that are told, those that moved the most."""
+
+
+def moved_in_words(
+    unknowns: Sequence[Unknown],
+    priors: Mapping[str, np.ndarray],
+    drawn: Mapping[str, float],
+    fitted: Mapping[str, Mapping[str, float]],
+) -> list[str]:
+    """Say, a sentence for each model, how far the fit moved which parameters.
+
+    Draws [draw, ...] are of the priors; values as drawn are recorded positions and means of priors.
+    Elements of arrays are given one by one. Fitted values are by the name of a model.
+    """
+    rows = [
+        (word, unknown, drawn[word], float(draws.std()))
+        for unknown in unknowns
+        if unknown.name in priors
+        for word, draws in scalars(unknown.name, np.asarray(priors[unknown.name])[None])
+    ]
+    return [_sentence(model, values, rows) for model, values in fitted.items()]
+
+
+def _sentence(
+    model: str, values: Mapping[str, float], rows: list[tuple[str, Unknown, float, float]]
+) -> str:
+    known = [row for row in rows if row[0] in values and row[3] > 0]
+    known.sort(key=lambda row: -abs(values[row[0]] - row[2]) / row[3])
+    told = [_change(row, values[row[0]]) for row in known[:MOST]]
+    if not told:
+        return f"Nothing of the model as drawn is unknown, so that fitting moves nothing ({model})."
+    return f"Fitted {model}, the model moved the most in {'; '.join(told)}."
+
+
+def _change(row: tuple[str, Unknown, float, float], value: float) -> str:
+    """Say from where to where a parameter moved, in standard deviations of its prior as well."""
+    word, unknown, drawn, spread = row
+    scale = readable(unknown.unit, unknown.field, max(abs(drawn), abs(value)))
+    ends = [scale.number(number, spread / 10) for number in (drawn, value)]
+    shift = (value - drawn) / spread
+    after = f"{ends[1]} {scale.name}".rstrip()
+    return f"{word}, from {ends[0]} to {after} ({shift:+.1f} standard deviations of its prior)"

@@ -9,7 +9,7 @@ from ...experiment.experiment import Experiment
 from ...experiment.natural_modes import natural_modes
 from ...modes.finite_elements.outline import outline
 from ...positions.bounds import in_space
-from ..values import with_arrays
+from ..fitted import with_arrays
 
 if TYPE_CHECKING:
     import xarray as xr

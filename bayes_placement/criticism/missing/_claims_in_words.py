@@ -8,9 +8,9 @@ import numpy as np
 from ..._shared.files import Json
 from ...inference.units import probability_in_words
 from ...laws.catalogue import WORDS
+from ...laws.elements import typed
 from ...laws.law import Element, Group, Law, Scaled
 from ...laws.symbols import Number, numbers
-from ...laws.typed import typed
 from ._parameter_estimate import ParameterEstimate
 
 Entry = Json

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from ...experiment.model_error import ModalErrors
 from ...inference.engines.empirical_bayes import Rival
-from ..fits_in_processes import fitted_in_processes
+from ..kept_fits import fitted_in_processes
 from ._fitted_candidates import FittedFields, fitted_fields
 from ._hypotheses import Hypothesis, problem_with_errors, with_errors
 

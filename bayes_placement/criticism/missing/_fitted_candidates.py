@@ -17,8 +17,7 @@ from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...inference.engines.empirical_bayes import Rival
 from ...inference.residuals import Problem
-from ..fits_in_processes import fitted_in_processes
-from ..kept_fits import NO_RIVAL
+from ..kept_fits import NO_RIVAL, fitted_in_processes
 from ._at_channels import data_changed
 from ._hypotheses import Hypothesis, finite
 from ._scan import MOST, Scan

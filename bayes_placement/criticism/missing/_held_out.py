@@ -14,8 +14,7 @@ from ...experiment.noise import Covariance
 from ...inference.engines.least_squares import SquaresAndPrior
 from ...inference.engines.levenberg_marquardt import minimise
 from ...inference.residuals import Problem
-from ..fits_in_processes import fitted_in_processes
-from ..kept_fits import stored_or_computed
+from ..kept_fits import fitted_in_processes, stored_or_computed
 from ._hypotheses import Hypothesis
 
 BLOCKS = 10

@@ -8,7 +8,7 @@ from ...experiment.experiment import Experiment, Measurements
 from ...inference.engines.least_squares import NormalEquations, ParameterPoints
 from ...inference.engines.levenberg_marquardt import Objective, best_fit, minimise
 from ...inference.residuals import Problem, sizes_of
-from ..values import in_scalars, point_of
+from ..fitted import in_scalars, point_of
 
 NEAR, STEPS = 10, 60
 """Steps along logarithmic residuals, which find resonances from afar, and those to the end."""

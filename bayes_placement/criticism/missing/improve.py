@@ -17,7 +17,7 @@ from ..._shared.garbage import rare_garbage_collection
 from ..._shared.parts import done_by
 from ..._shared.progress import Progress, no_progress
 from ...effects.library import Library, kind_of
-from ...experiment.data_checks.signal import check_signal
+from ...experiment.data_checks.without_model import check_signal
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.modal_parameters import ModalParameters
 from ...experiment.model_error import Embedded

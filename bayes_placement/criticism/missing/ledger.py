@@ -17,11 +17,10 @@ from ...experiment.modal_parameters import ModalParameters
 from ...inference.alternative_explanation import Alternative
 from ...inference.units import percent
 from ...positions.vectors import Recorded
-from ..fitted import fitted
+from ..fitted import fitted, in_scalars
 from ..fitted_modes import fitted_modes
 from ..locations import effect_locations
 from ..reach.reach import Reach, only_port
-from ..values import in_scalars
 from ._claims import SCHEMA
 from ._narrow_text import gained, narrow
 from ._parameter_estimate import number_or_none

@@ -10,7 +10,7 @@ from ..._shared.errors import InputError
 from ..._shared.garbage import rare_garbage_collection
 from ..._shared.parts import done_by
 from ..._shared.progress import Progress, no_progress
-from ...experiment.data_checks.signal import check_signal
+from ...experiment.data_checks.without_model import check_signal
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Embedded
 from ...experiment.noise import Data

@@ -15,8 +15,7 @@ from ...inference.residuals import Problem
 from ...laws.catalogue import leaves
 from ...laws.law import Law, Tree
 from ...laws.rows import NetworkRows
-from ..fits_in_processes import fitted_in_processes
-from ..kept_fits import NONE
+from ..kept_fits import NONE, fitted_in_processes
 from ._asked import Rows
 from ._at_port import (
     AnyPort,

@@ -11,7 +11,7 @@ from ..._shared.errors import InputError
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.variants import with_lines
 from ...inference.residuals import Problem, point_in_problem
-from ..values import point_of
+from ..fitted import point_of
 from ._at_port import MOST_LINES, ends_in_metres, where
 from ._free_law import Points, squares_by_line, tells_phase
 from ._ports import Port, can_be_reached, grid, place_columns, ports_of

@@ -8,8 +8,7 @@ from ...inference.divergence import (
     from_prior_draws,
 )
 from .estimator import InformationWarning
-from .exact import Exact
-from .expected_gain import ExpectedGain
+from .expected_gain import Exact, ExpectedGain
 from .kernel_gain import KernelGain
 from .separation import Separation
 

@@ -20,8 +20,7 @@ from ..._shared.sites import Role
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Noise
 from ...inference.alternative_explanation import JointDraws, draws_of
-from ._prior_knowledge import posterior_means
-from ._sampling import Priors
+from ._sampling import Priors, posterior_means
 
 
 class InformationWarning(UserWarning):

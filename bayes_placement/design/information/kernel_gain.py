@@ -26,7 +26,7 @@ from ...modes.beams.waveguide import many_phases
 from ...modes.points import Points, joined
 from . import _sampling
 from ._kernel_densities import log_density
-from ._prior_knowledge import prior_knowledge
+from ._sampling import prior_knowledge
 from .estimator import Gain, GainAboutParameters, Plan, Values, divergence, placement_distributions
 
 BATCH = 25

@@ -17,7 +17,7 @@ from ...experiment.experiment import Experiment
 from ...inference.alternative_explanation import Alternative
 from . import _sampling
 from ._kernel_densities import TangentKernels, responses
-from ._prior_knowledge import IndependentPriors, PosteriorDraws, prior_knowledge
+from ._sampling import IndependentPriors, PosteriorDraws, prior_knowledge
 from .estimator import (
     Estimator,
     Gain,

@@ -8,7 +8,7 @@ import equinox as eqx
 import numpy as np
 
 from ..._shared.reprs import with_short_repr
-from .._candidates import Candidates, Recordings
+from .._candidates import Candidates, Recordings, combinations
 from ..running.evaluation import Evaluation
 from ._search_space import Group, SearchSpace, Selection, gain_as_mounted
 
@@ -111,3 +111,29 @@ def without_exchanges(
         exchangeable = cells[:, [column[name] for name in group if name in column]]
         ordered &= np.all(np.diff(exchangeable, axis=1) >= 0, axis=1)
     return cells[ordered]
+
+
+class Exhaustive(Search):
+    """All combinations of the places to try; exchangeable sensors are not tried twice.
+
+    Examples
+    --------
+    >>> search = bp.design.Exhaustive()
+    >>> bp.place(experiment, places, search=search, estimator=estimator).search
+    'Exhaustive'
+    """
+
+    def trials(self, space: SearchSpace) -> Trials:
+        """Try all allowed combinations."""
+        candidates = space.candidates()
+        groups = space.groups(candidates)
+
+        def try_combinations(evaluation: Evaluation, selection: Selection) -> Trials:
+            moved = [transducer for transducer in candidates if transducer.name in selection]
+            cells = without_exchanges(groups, moved, combinations(moved))
+            cells = cells[space.rules.allowed_cells(evaluation.experiment, moved, cells)]
+            if not len(cells):
+                return Trials.none(evaluation)
+            return Trials.of(recorded(moved, cells), evaluation.at(moved, cells))
+
+        return trials_of_selections(space, groups, try_combinations)

@@ -26,9 +26,8 @@ from ..._shared.progress import no_progress
 from .. import engines
 from ..estimates import GOOD_PARETO_K, Given, effective_size, pareto_k
 from .engine import Box, Draws, Engine, Flat, Nodes, Scalar
-from .laplace import Laplace
 from .least_squares import Evaluate, LeastSquares, ParameterPoints
-from .levenberg_marquardt import LARGEST, Fit
+from .levenberg_marquardt import LARGEST, Fit, Laplace
 
 RIDGE_DRAWS, RIDGE_BLOCK = 192, 16
 """Draws, and those that are found together, at most."""

@@ -19,9 +19,8 @@ from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 from ..._shared.compiled import compiled
 from ..._shared.sites import Unknown
-from .laplace import Laplace
 from .least_squares import LeastSquares, ParameterPoints
-from .levenberg_marquardt import GAIN, Fit, best_fit, minimise
+from .levenberg_marquardt import GAIN, Fit, Laplace, best_fit, minimise
 
 ROUNDS = 6
 """Greatest number of estimates of the sizes."""

@@ -18,9 +18,8 @@ from ..._shared.progress import Progress
 from ..estimates import GOOD_PARETO_K, Given, pareto_k
 from .empirical_bayes import Hierarchy, Sized, fitted_with_sizes
 from .engine import Draws, Engine, EngineDraws, Flat, PerDraw, PosteriorDensity, Scalar, Settings
-from .laplace import Laplace, laplace
 from .least_squares import NormalEquations, ParameterPoints, SquaresAndPrior, Terms, evolved
-from .levenberg_marquardt import LARGEST, Objective, minimise
+from .levenberg_marquardt import LARGEST, Laplace, Objective, laplace, minimise
 from .mode_with_sizes import evolved_without_errors, mode_with_sizes, near_modes
 
 Cost = Callable[[PosteriorDensity, Flat], Scalar]

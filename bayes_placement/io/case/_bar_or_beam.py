@@ -12,7 +12,7 @@ from ...effects.attached import Attached
 from ...experiment.damping import Modal
 from ...experiment.structure import Structure
 from ...laws import Dashpot, Spring
-from ...modes.beams import beams
+from ...modes import beams
 from ...modes.modes import Modes
 from ._finite_elements import FiniteElementStructure
 from ._json_fields import (

@@ -14,7 +14,7 @@ from ...effects.effect import Effect
 from ...effects.instrument_effect import InstrumentEffect
 from ...effects.library import EFFECTS, kind_of, library
 from ...experiment.experiment import Experiment
-from ...laws.typed import typed
+from ...laws.elements import typed
 from ...modes.ports import MOTIONS
 from ...positions.channel import Channel, checked
 from .._gate import is_number

@@ -3,10 +3,10 @@
 from . import interpolation, soft_supports
 from .affine_modes import AffineModes
 from .from_matrices import affine, modes
+from .interpolation._scikit_fem_elements import from_scikit_fem
 from .matrices import Affine, Matrices
 from .modal_model import ModalModel
 from .nodal_modes import DerivedNodalModes, NodalModes, UnknownModes, modes_from_shapes
-from .scikit_fem import from_scikit_fem
 
 __all__ = [
     "Affine",

@@ -18,9 +18,8 @@ from ...positions.channel import checked_name
 from ...positions.tolerances import Tolerance
 from ...positions.vectors import CartesianComponents, triple
 from . import _part_factors
-from ._part_factors import NamedMatrices, Powers, Range
+from ._part_factors import NamedMatrices, Powers, Range, cell_masses
 from .affine_modes import AffineModes
-from .cell_masses import cell_masses
 from .interpolation import Interpolation
 from .matrices import Affine, Matrices, ReducedBasis, Sparse
 from .matrices._matrix_checks import sparse

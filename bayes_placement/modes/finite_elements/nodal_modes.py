@@ -18,8 +18,7 @@ from ...positions.places import Place, mean
 from ...positions.tolerances import Box, Tolerance
 from ...positions.vectors import CartesianComponents
 from ..modes import Modes, moved_mass
-from ._part_factors import NamedMatrices
-from .cell_masses import checked_cell_masses
+from ._part_factors import NamedMatrices, checked_cell_masses
 from .interpolation import Interpolation
 from .modal_model import ModalModel
 from .static_shapes import StaticShapes, no_static_shapes

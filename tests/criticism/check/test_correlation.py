@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from bayes_placement.criticism.check import correlation
-from bayes_placement.criticism.check._frf_correlations import MOST_LINES, correlations
 from bayes_placement.criticism.check._residuals import residuals
+from bayes_placement.criticism.check._statistics import MOST_LINES, correlations
 
 RANDOM = np.random.default_rng(2)
 

@@ -14,7 +14,7 @@ from scipy.stats import lognorm, multivariate_normal, norm
 import bayes_placement as bp
 from bayes_placement import observe
 from bayes_placement._shared.errors import InputError
-from bayes_placement.criticism.compare.compare import ModelComparison, compare
+from bayes_placement.criticism.compare import ModelComparison, compare
 
 LINES = np.linspace(20.0, 300.0, 12)
 SHAPE = (2, 1, 12)

@@ -11,8 +11,7 @@ from bayes_placement.criticism.missing._alternatives import alternatives
 from bayes_placement.criticism.missing._hypotheses import Hypothesis
 from bayes_placement.criticism.missing._posterior_odds import STRONG, Comparison
 from bayes_placement.inference.engines.about_mode import SampledPosterior
-from bayes_placement.inference.engines.laplace import laplace
-from bayes_placement.inference.engines.levenberg_marquardt import Fit
+from bayes_placement.inference.engines.levenberg_marquardt import Fit, laplace
 from bayes_placement.inference.residuals import Problem
 from tests.criticism.small import experiment, measured
 

@@ -13,7 +13,7 @@ from bayes_placement.criticism.missing._fitted_candidates import extended
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.criticism.missing._rows import places_of
 from bayes_placement.laws.catalogue import canonical
-from bayes_placement.laws.typed import typed
+from bayes_placement.laws.elements import typed
 from tests.criticism.small import MASS, experiment, measured
 
 SPRING = effects.Spring(dist.LogUniform(1e3, 1e7))

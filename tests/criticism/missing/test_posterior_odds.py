@@ -16,8 +16,7 @@ from bayes_placement.criticism.missing._posterior_odds import (
 )
 from bayes_placement.criticism.missing._weighed import NONE, NOTHING
 from bayes_placement.criticism.missing.table import Policy
-from bayes_placement.inference.engines.laplace import laplace
-from bayes_placement.inference.engines.levenberg_marquardt import Fit
+from bayes_placement.inference.engines.levenberg_marquardt import Fit, laplace
 from bayes_placement.inference.residuals import Problem
 
 COUNT = 1000

@@ -24,8 +24,7 @@ from bayes_placement.criticism.missing._scanned_candidates import scanned
 from bayes_placement.criticism.missing.improve import improve
 from bayes_placement.criticism.missing.ledger import confounded_sentence
 from bayes_placement.effects.library import kind_of
-from bayes_placement.inference.engines.laplace import laplace
-from bayes_placement.inference.engines.levenberg_marquardt import Fit
+from bayes_placement.inference.engines.levenberg_marquardt import Fit, laplace
 from bayes_placement.inference.residuals import Problem
 from tests.criticism.missing.test_posterior_odds import comparison, hypothesis, steps_to
 from tests.criticism.small import MASS, experiment, measured

@@ -9,7 +9,7 @@ from scipy.stats import multivariate_normal, norm
 
 import bayes_placement as bp
 from bayes_placement import information
-from bayes_placement.design.information._prior_knowledge import PosteriorDraws, prior_knowledge
+from bayes_placement.design.information._sampling import PosteriorDraws, prior_knowledge
 from bayes_placement.design.information.estimator import jackknife_error
 from models import bar
 from tests.design.information.linear import FORMS, SIGMA, linear_experiment

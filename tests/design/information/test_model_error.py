@@ -7,7 +7,7 @@ import pytest
 import bayes_placement as bp
 from bayes_placement import information
 from bayes_placement._shared.errors import InfeasibleError
-from bayes_placement.design.information._prior_knowledge import prior_knowledge
+from bayes_placement.design.information._sampling import prior_knowledge
 from models import bar
 
 PLACES = {"s1": [0.25], "a1": [0.6]}

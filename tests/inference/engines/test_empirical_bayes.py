@@ -7,7 +7,7 @@ import pytest
 import bayes_placement as bp
 from bayes_placement.inference.engines import empirical_bayes
 from bayes_placement.inference.engines.empirical_bayes import Rival, fitted_with_sizes
-from bayes_placement.inference.engines.laplace import laplace
+from bayes_placement.inference.engines.levenberg_marquardt import laplace
 from bayes_placement.inference.residuals import Problem
 from tests.inference.engines.test_mode_with_sizes import case  # noqa: F401  a fixture
 

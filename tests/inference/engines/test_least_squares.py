@@ -9,10 +9,10 @@ from scipy.stats import multivariate_normal
 from bayes_placement.inference.engines import about_mode
 from bayes_placement.inference.engines._trajectories import MANY
 from bayes_placement.inference.engines.about_mode import sampled_about
-from bayes_placement.inference.engines.laplace import laplace
 from bayes_placement.inference.engines.least_squares import LeastSquares, NormalEquations
 from bayes_placement.inference.engines.levenberg_marquardt import (
     best_fit,
+    laplace,
     minimise,
     sobol_starts,
 )

@@ -6,8 +6,7 @@ from scipy.linalg import eigh
 from scipy.sparse import csr_array
 
 from bayes_placement.modes.finite_elements.matrices import Matrices, _reduced_basis
-from bayes_placement.modes.finite_elements.matrices._affine import Affine
-from bayes_placement.modes.finite_elements.matrices._reduced_basis import RitzSpan
+from bayes_placement.modes.finite_elements.matrices._reduced_basis import Affine, RitzSpan
 from tests.small_models import Plate, solid
 
 SIDE = 0.3

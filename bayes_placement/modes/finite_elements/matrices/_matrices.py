@@ -16,9 +16,8 @@ from ..modal_model import ModalModel
 from . import _eigenmodes as eigenmodes
 from . import _matrix_checks as checks
 from . import _static_flexibility as direct
-from ._affine import Affine
 from ._matrix_checks import Sparse
-from ._reduced_basis import ReducedBasis, reduced_basis
+from ._reduced_basis import Affine, ReducedBasis, reduced_basis
 from ._static_flexibility import (
     StaticFlexibility,
     free_fields,

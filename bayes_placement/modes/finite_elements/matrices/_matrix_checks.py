@@ -13,7 +13,7 @@ from ...._shared.arguments import check_annotated
 from ...._shared.errors import InputError
 from .._modal_model_checks import checked_dof, checked_node, checked_position
 from ..modal_model import DIRECTIONS
-from ._affine import Affine
+from ._reduced_basis import Affine
 
 Dof = Int[np.ndarray, "dof 2"]
 Sparse = Any

@@ -11,9 +11,8 @@ from ....criticism.missing._claims_in_words import (
     what_in_words,
     where_in_words,
 )
-from ....laws.drawing import drawing
 from ....laws.law import Law
-from ....laws.symbols import Number, Owned, numbers
+from ....laws.symbols import Number, Owned, drawing, numbers
 from .._saved import Saved
 from .._svg import checked_svg
 from ..content import Cell, Drawing, Item, Table, Text
