@@ -188,13 +188,9 @@ def realise(tree: Tree, where: Callable[[Unknown], bool] = lambda unknown: True)
 def substitute(tree: Tree, values: Mapping[str, object]) -> Tree:
     """Put numbers in the place of distributions, by name."""
     names = [unknown.name for unknown in unknowns(tree)]
-    check_kind(
-        "values",
-        values,
-        Mapping,
-        "values by the names of unknowns are needed, since each has a name",
-        "experiment.fix({'structure.damping.ratio': 0.04})",
-    )
+    needed = "values by the names of unknowns are needed, since each has a name"
+    instead = "experiment.fix({'structure.damping.ratio': 0.04})"
+    check_kind("values", values, Mapping, needed, instead)
     strange = [name for name in values if name not in names]
     if strange:
         raise InputError(

@@ -36,30 +36,16 @@ def kinds(
     structure: object, sensors: object, actuators: object, observe: object, noise: object
 ) -> None:
     """Refuse arguments of an experiment of another kind."""
-    check_kind(
-        "structure",
-        structure,
-        Structure,
-        "a structure is needed, which has modes and damping",
-        "Structure(beams.bar(...), damping=damping.Modal(0.04))",
-    )
+    needed = "a structure is needed, which has modes and damping"
+    instead = "Structure(beams.bar(...), damping=damping.Modal(0.04))"
+    check_kind("structure", structure, Structure, needed, instead)
     _check_transducers("sensors", sensors, Sensor, 'sensors=[bp.Sensor("s1", at=0.25)]')
     _check_transducers("actuators", actuators, Actuator, 'actuators=[bp.Actuator("a1", at=0.3)]')
-    check_kind(
-        "observe",
-        observe,
-        Observation,
-        "an observation is needed, since it says which numbers are compared",
-        'observe=observe.Complex("acceleration")',
-    )
+    needed = "an observation is needed, since it says which numbers are compared"
+    check_kind("observe", observe, Observation, needed, 'observe=observe.Complex("acceleration")')
     if noise is not None:
-        check_kind(
-            "noise",
-            noise,
-            Noise,
-            "an output error is needed, since a number does not say of what",
-            "noise=noise.Gaussian(0.01)",
-        )
+        needed = "an output error is needed, since a number does not say of what"
+        check_kind("noise", noise, Noise, needed, "noise=noise.Gaussian(0.01)")
 
 
 def all_known(experiment: "Experiment") -> None:
@@ -147,13 +133,9 @@ def levels(amplitudes: Sequence[float] | None) -> tuple[float, ...] | None:
     """Return force amplitudes [N]; None where they are not known."""
     if amplitudes is None:
         return None
-    check_kind(
-        "force_levels",
-        amplitudes,
-        (Sequence, np.ndarray),
-        "a list of force amplitudes [N] is needed, since each is measured once",
-        "force_levels=[0.1, 1.0]",
-    )
+    needed = "a list of force amplitudes [N] is needed, since each is measured once"
+    instead = "force_levels=[0.1, 1.0]"
+    check_kind("force_levels", amplitudes, (Sequence, np.ndarray), needed, instead)
     numbers = [isinstance(force, int | float | np.number) for force in amplitudes]
     if not all(numbers) or any(isinstance(force, bool) for force in amplitudes):
         check_annotated("force_levels", amplitudes, Sequence[float])
@@ -264,13 +246,9 @@ def at_levels(
     single = isinstance(measurements, Measurement | ModalParameters)
     entries: Any = [measurements] if single else measurements
     for run in entries if isinstance(entries, list | tuple) else [entries]:
-        check_kind(
-            "measurement",
-            run,
-            Measurement,
-            "measured FRFs are needed, with their channels and lines",
-            "io.read_measurement(path), or Measurement.from_arrays(...)",
-        )
+        needed = "measured FRFs are needed, with their channels and lines"
+        instead = "io.read_measurement(path), or Measurement.from_arrays(...)"
+        check_kind("measurement", run, Measurement, needed, instead)
     runs = list(entries)
     if levels is None:
         if len(runs) != 1:

@@ -161,13 +161,9 @@ class ModalData(Observation):
         InputError
             If it is not what the observation was made of.
         """
-        check_kind(
-            "measurement",
-            measurement,
-            ModalParameters,
-            "modal parameters are needed, since observe.ModalData compares these",
-            "bp.infer(experiment, modes) with observe=observe.ModalData(modes)",
-        )
+        needed = "modal parameters are needed, since observe.ModalData compares these"
+        instead = "bp.infer(experiment, modes) with observe=observe.ModalData(modes)"
+        check_kind("measurement", measurement, ModalParameters, needed, instead)
         observed = ModalData(measurement).on(self.channels)
         same = ("values", "errors", "correlation", "present", "number")
         if not all(np.array_equal(getattr(self, name), getattr(observed, name)) for name in same):

@@ -57,20 +57,11 @@ class Structure(eqx.Module):
     def __init__(
         self, modes: Modes, *, damping: Damping, effects: Mapping[str, Effect] = OrderedDict()
     ):
-        check_kind(
-            "modes",
-            modes,
-            Modes,
-            "modes of a structure are needed, since a response is a sum over them",
-            "Structure(beams.bar(...), damping=...)",
-        )
-        check_kind(
-            "damping",
-            damping,
-            Damping,
-            "a damping law is needed, since a number alone does not say which law",
-            "damping=damping.Modal(0.04), or damping.Modal(dist.Uniform(0.02, 0.06))",
-        )
+        needed = "modes of a structure are needed, since a response is a sum over them"
+        check_kind("modes", modes, Modes, needed, "Structure(beams.bar(...), damping=...)")
+        needed = "a damping law is needed, since a number alone does not say which law"
+        instead = "damping=damping.Modal(0.04), or damping.Modal(dist.Uniform(0.02, 0.06))"
+        check_kind("damping", damping, Damping, needed, instead)
         check_annotated("effects", effects, Mapping[str, Effect])
         self.modes = modes
         self.damping = damping
@@ -90,13 +81,8 @@ class Structure(eqx.Module):
         InputError
             If the effect belongs to the measurement, has a name that is taken, or lies outside.
         """
-        check_kind(
-            "effect",
-            effect,
-            Effect,
-            "an effect is needed, since only effects are added",
-            "structure + effects.point_mass(0.4, 0.1)",
-        )
+        needed = "an effect is needed, since only effects are added"
+        check_kind("effect", effect, Effect, needed, "structure + effects.point_mass(0.4, 0.1)")
         changed = settled(
             eqx.tree_at(lambda tree: tree.effects, self, self._with(effect), is_leaf=is_dict)
         )

@@ -100,13 +100,9 @@ class Transducer(eqx.Module):
         delay: Parameter | None = 0.0,
         arm: Parameter | None = 0.0,
     ):
-        check_kind(
-            f"directions of the {self.kind}",
-            directions,
-            (tuple, list),
-            "a tuple is needed, with a number for each channel",
-            "directions=(3,)",
-        )
+        needed = "a tuple is needed, with a number for each channel"
+        instead = "directions=(3,)"
+        check_kind(f"directions of the {self.kind}", directions, (tuple, list), needed, instead)
         if angles is not None:
             check_kind(
                 f"angles of the {self.kind}",

@@ -146,13 +146,9 @@ def report(results: Mapping[str, xr.DataTree]) -> CrossCheck:
     >>> bp.report({"MAP": posterior}).table.index.tolist()[:2]
     ['MAP']
     """
-    check_kind(
-        "results",
-        results,
-        Mapping,
-        "results by the names of their methods are needed, since they are compared",
-        'report({"SMC": bp.infer(experiment, measurement)})',
-    )
+    needed = "results by the names of their methods are needed, since they are compared"
+    instead = 'report({"SMC": bp.infer(experiment, measurement)})'
+    check_kind("results", results, Mapping, needed, instead)
     if not results:
         raise InputError(
             "No results were given; those of at least one method are needed, since they are "

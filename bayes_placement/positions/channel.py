@@ -49,13 +49,8 @@ class Channel(NamedTuple):
         """
         if isinstance(label, Channel):
             return checked(label)
-        check_kind(
-            "channel",
-            label,
-            str,
-            "the label of a channel is needed, since channels are matched by name",
-            "'s1', or 's1+x' with its direction",
-        )
+        needed = "the label of a channel is needed, since channels are matched by name"
+        check_kind("channel", label, str, needed, "'s1', or 's1+x' with its direction")
         match = re.fullmatch(r"(?P<name>.+?)(?P<direction>[+-][xyz])?", label.strip())
         if match is None:
             raise InputError(

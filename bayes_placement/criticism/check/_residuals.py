@@ -75,13 +75,9 @@ def groupings(data: Residuals, bands: int) -> dict[str, Grouping]:
 
 
 def _check(posterior: xr.DataTree) -> None:
-    check_kind(
-        "posterior",
-        posterior,
-        xr.DataTree,
-        "the result of an inference is needed, since only a fitted model has a misfit",
-        "bp.check(bp.infer(experiment, measurement))",
-    )
+    needed = "the result of an inference is needed, since only a fitted model has a misfit"
+    instead = "bp.check(bp.infer(experiment, measurement))"
+    check_kind("posterior", posterior, xr.DataTree, needed, instead)
     missing = [name for name in _NEEDED if name not in posterior.children]
     if missing:
         raise InputError(

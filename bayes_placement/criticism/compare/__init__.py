@@ -219,13 +219,9 @@ def compare(results: Mapping[str, xr.DataTree]) -> ModelComparison:
     >>> bp.compare(observed).table.index.tolist()
     ['placed', 'as recorded']
     """
-    check_kind(
-        "results",
-        results,
-        Mapping,
-        "results by the names of their models are needed, since they are compared",
-        'compare({"nominal": bp.infer(experiment, measurement), "changed": ...})',
-    )
+    needed = "results by the names of their models are needed, since they are compared"
+    instead = 'compare({"nominal": bp.infer(experiment, measurement), "changed": ...})'
+    check_kind("results", results, Mapping, needed, instead)
     _check_count(results)
     jacobians = log_jacobian(results)
     rows_and_elpd = {name: _row(results[name], jacobians[name]) for name in results}

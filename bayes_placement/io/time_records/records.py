@@ -170,13 +170,9 @@ def _check_copies(forces: Sequence[Samples], responses: Sequence[Sequence[Sample
 
 
 def _ranges(ranges: Mapping[str, float | int] | None, labels: set[str]) -> dict[str, float]:
-    check_kind(
-        "ranges",
-        ranges,
-        (Mapping, type(None)),
-        "the greatest value by channel is needed, since each channel has its own",
-        "ranges={'hammer': 500.0, 's1': 490.0}",
-    )
+    needed = "the greatest value by channel is needed, since each channel has its own"
+    instead = "ranges={'hammer': 500.0, 's1': 490.0}"
+    check_kind("ranges", ranges, (Mapping, type(None)), needed, instead)
     limits = dict(ranges or {})
     unknown = sorted(set(limits) - labels)
     if unknown:
