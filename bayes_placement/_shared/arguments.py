@@ -227,10 +227,18 @@ def _is_numeric(value: object) -> TypeGuard[ArrayLike]:
     return _is_array_like(value) and not np.isnan(np.asarray(value)).any()
 
 
+def as_array(values: object) -> np.ndarray:
+    """Return an array; an empty one of objects where rows differ in length."""
+    try:
+        return np.asarray(values)
+    except ValueError:
+        return np.empty(0, dtype=object)
+
+
 def _is_array_like(value: object) -> TypeGuard[ArrayLike]:
     try:
-        return np.asarray(value).dtype.kind in "biufc"
-    except (ValueError, TypeError):  # rows of different lengths
+        return as_array(value).dtype.kind in "biufc"
+    except TypeError:
         return False
 
 

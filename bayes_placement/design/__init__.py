@@ -7,9 +7,9 @@ from .maps import Lead, information_map, lead, rivals
 from .next_measurement import planned
 from .place import Placement, place
 from .running.chunks import progress_bar
+from .search import Exhaustive
 from .search.evolutionary import Evolutionary
 from .search.forward import Forward, Sequential
-from .search.strategy import Exhaustive
 from .tolerance import ToleranceStudy, tolerance_study
 
 __all__ = [

@@ -19,8 +19,8 @@ from ._candidates import Recordings
 from .information.estimator import Estimator, jackknife_error
 from .maps import SIGNIFICANT, difference_of, ranked
 from .running.evaluation import MOST_LINES, Evaluation, words_on_lines
+from .search import Exhaustive, Search, Trials
 from .search._search_space import PlacementRules, Places, SearchSpace
-from .search.strategy import Exhaustive, Search, Trials
 
 SHOWN = 10
 """Placements, at most, that a notebook shows."""

@@ -7,8 +7,7 @@ from numpyro.distributions import LogUniform, Uniform
 
 from ..modes.ports import beside, rotation
 from ..positions.places import Value
-from .effect import AtPlace, Omega, OnPorts, Stiffness
-from .on_rotation import bending_scale
+from .effect import AtPlace, Omega, OnPorts, Stiffness, bending_scale
 from .prelude import NOT_NEGATIVE, Mass, Modes, Parameter, PortLaw, Scales, coordinates, field, unit
 
 

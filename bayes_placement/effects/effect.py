@@ -18,7 +18,7 @@ from ..modes.flexible_parts import FlexiblePart
 from ..modes.hinges import Hinge
 from ..modes.modes import Modes
 from ..modes.points import Points, along
-from ..modes.ports import PortLaw
+from ..modes.ports import PortLaw, is_beam, rotation
 from ..positions import at as _at
 from ..positions.channel import printable_name
 from ..positions.places import Place as InSpace
@@ -26,7 +26,6 @@ from ..positions.places import Value, coordinates
 from ..positions.tolerances import Tolerance
 from ..positions.vectors import Recorded
 from . import _setting_words
-from ._setting_words import check_direction
 from .instruments import Instruments
 from .scales import Axis, Scales
 
@@ -185,7 +184,7 @@ class AtPlace(StructureEffect):
 
     def on(self: SelfAtPlace, modes: Modes) -> SelfAtPlace:
         """Return the effect placed on a structure, a tolerance region as the uniform prior."""
-        check_direction(self.name, self.direction, modes.axes)
+        _setting_words.check_direction(self.name, self.direction, modes.axes)
         return placed(self, modes)
 
     def location(self, modes: Modes, instruments: Instruments) -> Location | None:
@@ -354,3 +353,35 @@ def placed(effect: Placed, modes: Modes, field: str = "at") -> Placed:
 def _is_place(leaf: object) -> bool:
     """Tell whether a leaf is a place that a structure makes definite."""
     return is_unknown(leaf) or isinstance(leaf, Tolerance | InSpace)
+
+
+Footprint: TypeAlias = tuple[Parameter, Parameter, Parameter] | None
+"""Vector between the edges of a foot in space [m]; None on a beam."""
+
+
+class OnRotation(NetworkAttachment):
+    """Something attached to the rotation of a beam, or of a foot on a structure in space."""
+
+    footprint: eqx.AbstractVar[Footprint]
+
+    acts_on = "rotation"
+
+    def on(self, modes: Modes) -> "OnRotation":
+        """Return the effect placed on a structure that rotates."""
+        check_rotation(self.footprint, self.direction, modes)
+        return NetworkAttachment.on(self, modes)
+
+    def points(self, modes: Modes) -> Points:
+        """The slope of a beam, or the difference over the footprint."""
+        return rotation(coordinates(self.at), self.footprint, self.direction, modes)
+
+
+def check_rotation(footprint: Footprint, direction: Direction, modes: Modes) -> None:
+    """Refuse a rotation that the structure does not have, or without a footprint in space."""
+    rotation(jnp.asarray(modes.bounds()[0], float), footprint, direction, modes)
+
+
+def bending_scale(scales: Scales) -> tuple[float, float] | None:
+    """Length [m] and bending stiffness [N m2] of a uniform beam; None of other structures."""
+    beam = scales.nominal_modes
+    return (float(beam.length), float(beam.stiffness)) if is_beam(beam) else None

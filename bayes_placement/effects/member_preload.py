@@ -6,8 +6,8 @@ from jaxtyping import Array, Int
 from ..modes.finite_elements.nodal_modes import NodalModes, nodal_of
 from ..modes.flexible_parts import StretchedMember
 from .axial_preload import critical, preload_prior
-from .on_part import OnPart
 from .prelude import Instruments, Modes, Parameter, Scales, field, unit
+from .region_stiffness_loss import OnPart
 
 
 class MemberPreload(OnPart):

@@ -35,6 +35,7 @@ from .effect import (
     AtPlace,
     Attachment,
     Direction,
+    Footprint,
     GlobalChange,
     Hinged,
     Location,
@@ -42,14 +43,16 @@ from .effect import (
     NetworkAttachment,
     Omega,
     OnPorts,
+    OnRotation,
     Place,
     Stiffness,
     StructureEffect,
     at_each,
+    bending_scale,
+    check_rotation,
     placed,
 )
 from .instrument_effect import Factor, InstrumentEffect
 from .instruments import Instruments, Number
-from .on_rotation import Footprint, OnRotation, bending_scale, check_rotation
 from .on_transducer import OfSide, OnTransducer, channels, sides_that_differ
 from .scales import Scales

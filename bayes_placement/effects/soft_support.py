@@ -9,8 +9,8 @@ from ..modes.changed import original_nodal_modes
 from ..modes.finite_elements.nodal_modes import NodalModes
 from ..modes.finite_elements.soft_supports import ANY_UNIT
 from ..modes.flexible_parts import SoftenedSupport
-from .on_part import OnPart
 from .prelude import LogUniform, Modes, Parameter, Scales, field, unit
+from .region_stiffness_loss import OnPart
 
 SOFTEST, STIFFEST = 10.0, 1e-6
 """Compliance over that of the structure in the softest pattern of the support: the prior."""

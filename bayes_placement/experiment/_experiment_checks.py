@@ -8,7 +8,7 @@ import jax
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._shared.arguments import check_annotated, check_kind, shown
+from .._shared.arguments import as_array, check_annotated, check_kind, shown
 from .._shared.errors import InfeasibleError, InputError
 from .._shared.sites import Role, unknowns
 from ..effects.effect import Effect
@@ -78,10 +78,7 @@ def lines(frequency: object) -> Float[Array | np.ndarray, "frequency"]:
     """Return lines [Hz] as an array."""
     if isinstance(frequency, jax.core.Tracer):
         return frequency
-    try:
-        values = np.asarray(frequency)
-    except ValueError:  # rows of different lengths
-        values = np.empty(0, dtype=object)
+    values = as_array(frequency)
     if values.dtype.kind not in "iuf":
         raise InputError(
             f"frequency={shown(frequency)} was given; a list of real numbers [Hz] is needed, since "

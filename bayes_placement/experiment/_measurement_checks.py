@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from jaxtyping import Float, Int
 
-from .._shared.arguments import check_annotated, finite_number, shown
+from .._shared.arguments import as_array, check_annotated, finite_number, shown
 from .._shared.errors import InputError
 from ._noise_level import FEWEST_FITTED
 
@@ -234,10 +234,7 @@ def numeric(argument: str, values: object, kinds: str) -> None:
 
     Kinds are those of NumPy's types that are taken: `iuf` for real numbers, `c` for complex ones.
     """
-    try:
-        array = np.asarray(values)
-    except ValueError:  # rows of different lengths
-        array = np.empty(0, dtype=object)
+    array = as_array(values)
     if array.dtype.kind not in kinds:
         number = "complex or real" if "c" in kinds else "real"
         raise InputError(

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .._shared.arguments import shown
+from .._shared.arguments import as_array, shown
 from .._shared.errors import InputError
 from ..positions.channel import Channel
 
@@ -16,10 +16,7 @@ ROUNDING = 1e-9
 
 
 def _numbers(argument: str, values: object, kinds: str = "iuf") -> np.ndarray:
-    try:
-        array = np.asarray(values)
-    except ValueError:  # rows of different lengths
-        array = np.empty(0, dtype=object)
+    array = as_array(values)
     if array.dtype.kind == "c" and "c" not in kinds:
         raise InputError(
             f"{argument} of complex numbers was given; real ones are needed, since predicted "

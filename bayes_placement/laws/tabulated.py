@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._shared.arguments import shown
+from .._shared.arguments import as_array, shown
 from .._shared.dimensions import Parameter
 from .._shared.errors import InputError
 from .._shared.sites import unit
@@ -34,10 +34,7 @@ def _complex_numbers(values: object) -> tuple[complex, ...]:
 
 def _row(name: str, values: object, kinds: str) -> np.ndarray:
     """Values as an array of one axis."""
-    try:
-        array = np.asarray(values)
-    except ValueError:  # rows of different lengths
-        array = np.empty(0, dtype=object)
+    array = as_array(values)
     if array.dtype.kind not in kinds or array.ndim != 1:
         raise InputError(
             f"{name}={shown(values)} was given; a list of numbers is needed, since a table has one "

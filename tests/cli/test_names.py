@@ -8,7 +8,7 @@ import pytest
 import bayes_placement as bp
 from bayes_placement.cli import _options, place
 from bayes_placement.design.information.estimator import Estimator
-from bayes_placement.design.search.strategy import Search
+from bayes_placement.design.search import Search
 
 
 def kebab_case(kind):

@@ -9,9 +9,8 @@ import numpy as np
 from scipy.special import ndtri
 
 from ..._shared.dimensions import Spectrum
-from ...effects.effect import Effect, GlobalChange, Modulus
+from ...effects.effect import Effect, GlobalChange, Modulus, bending_scale
 from ...effects.library import kind_of
-from ...effects.on_rotation import bending_scale
 from ...effects.registry import attached, inserted, modulus, over, strut
 from ...effects.scales import Scales
 from ...experiment.experiment import Experiment

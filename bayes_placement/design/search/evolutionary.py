@@ -16,8 +16,8 @@ from ...positions.places import Straight
 from ...positions.tolerances import Segment, Tolerance
 from .._candidates import Candidates, candidates, transducer
 from ..running.evaluation import Evaluation
+from . import Search, Trials, recorded, trials_of_selections
 from ._search_space import Group, PlacementRules, SearchSpace, Selection, gain_in_one_shape
-from .strategy import Search, Trials, recorded, trials_of_selections
 
 if TYPE_CHECKING:
     import cmaes

@@ -10,6 +10,7 @@ import numpy as np
 from ..._shared.arguments import check_count
 from .._candidates import Candidates, combinations, present_position
 from ..running.evaluation import Evaluation
+from . import Search, Trials, recorded, trials_of_selections
 from ._search_space import (
     Group,
     PlacementRules,
@@ -18,7 +19,6 @@ from ._search_space import (
     gain_as_mounted,
     gain_in_one_shape,
 )
-from .strategy import Search, Trials, recorded, trials_of_selections
 
 
 class _Step(NamedTuple):
