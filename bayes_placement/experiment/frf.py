@@ -14,7 +14,7 @@ from .._shared.dimensions import Receptance
 from .._shared.errors import InputError
 from ..effects.amplitude_attachment import AmplitudeAttachment
 from ..effects.effect import Omega, OnPorts
-from ..modes.eigenpairs import with_coupling
+from ..modes.changed import with_coupling
 from ..modes.modes import Modes
 from ..modes.points import Points, joined
 from ..modes.ports import PortLaw

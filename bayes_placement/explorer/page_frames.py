@@ -9,7 +9,7 @@ import numpy as np
 
 from .._shared.files import Json
 from .._shared.progress import Progress
-from ..criticism.findings._shapes import outline_of, points_and_lines, shapes
+from ..criticism.findings._places import outline_of, points_and_lines, shapes
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
 from ..experiment.transducers import Transducer

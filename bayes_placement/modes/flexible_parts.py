@@ -12,8 +12,7 @@ from jaxtyping import Array, Float, Int
 
 from .._shared.dimensions import Parameter
 from .._shared.errors import InputError
-from .changed import DerivedModes, changed, original_nodal_modes, over_changed_modes
-from .eigenpairs import eigenpairs
+from .changed import DerivedModes, changed, eigenpairs, original_nodal_modes, over_changed_modes
 from .finite_elements.interpolation import Interpolation
 from .finite_elements.nodal_modes import NodalModes
 from .finite_elements.static_shapes import StaticShapes

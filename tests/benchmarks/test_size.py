@@ -23,7 +23,7 @@ import bayes_placement as bp
 from bayes_placement._shared.compiled import compiled
 from bayes_placement._shared.sites import substitute
 from bayes_placement.io import npz_modes
-from bayes_placement.modes.eigenpairs import with_coupling
+from bayes_placement.modes.changed import with_coupling
 from tests.benchmarks.page import Anchor, at_least, at_most
 
 NODES, MODES, LINES = 333_334, 60, 400

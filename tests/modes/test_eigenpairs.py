@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from bayes_placement.modes.eigenpairs import eigenpairs, with_coupling
+from bayes_placement.modes.changed import eigenpairs, with_coupling
 
 SIZE, STEP = 7, 1e-6
 APART = np.array([1.0, 2.0, 3.5, 5.0, 8.0, 13.0, 21.0])

@@ -8,7 +8,8 @@ from ..._shared.errors import InputError
 from ...inference.chi2 import LEVEL
 from ...inference.output_residuals import Residuals, response_when_exact
 from ...inference.results import data_faults_of
-from . import _edges, _model_error, discrepancy
+from . import discrepancy
+from ._edges import edges, model_error
 from ._residuals import Grouping, groupings, residuals
 from ._statistics import Statistics, correlations, noise_needed
 from .misfit import Misfit, Verdict, decides
@@ -72,24 +73,20 @@ def check(posterior: xr.DataTree, *, level: float = LEVEL, bands: int = 8) -> Mi
         overall=overall.assign(whiteness=whiteness),
         groups={name: _corrected(table, noise_known) for name, table in tables.items()},
         response=_response(data),
-        edges=_edges.edges(posterior),
+        edges=edges(posterior),
         correlation=correlations(data),
         discrepancy=discrepancy.of(data),
         level=level,
         noise_known=noise_known,
         data_faults=tuple(data_faults_of(posterior)),
-        model_error=_model_error.model_error(posterior),
+        model_error=model_error(posterior),
         noise_needed=noise_needed(data, posterior),
         chi2_without_errors=_chi2_without_errors(data, posterior),
     )
 
 
-def verdict(posterior: xr.DataTree, *, level: float = LEVEL) -> Verdict:
-    """The verdict of `check` alone: no groups, bands and discrepancies, so that it takes no time.
-
-    The level is the probability that a correct model does not pass.
-    """
-    _check(level, bands=1)
+def verdict(posterior: xr.DataTree) -> Verdict:
+    """The verdict of `check` alone: no groups, bands and discrepancies, which take time."""
     data = residuals(posterior)
     statistics, masks = Statistics(data), groupings(data, bands=1)
     (everything,) = masks["overall"].masks()
@@ -99,10 +96,10 @@ def verdict(posterior: xr.DataTree, *, level: float = LEVEL) -> Verdict:
         overall["whiteness"] = _combined(statistics.whiteness(everything), channels)
     return Verdict(
         overall=overall,
-        level=level,
+        level=LEVEL,
         noise_known=data.deviation is not None,
         noise_needed=noise_needed(data, posterior),
-        has_model_error=bool(_model_error.model_error(posterior)),
+        has_model_error=bool(model_error(posterior)),
     )
 
 

@@ -14,7 +14,7 @@ from ...inference.chi2 import chi2_in_words, p_in_words
 from ...inference.output_residuals import shows_modes
 from ...inference.units import three_digits
 from ..noise_needed import NoiseNeeded
-from . import _edges, _model_error
+from ._edges import Errors, edges_in_words, errors_in_words
 
 _TOO_FEW = "the noise is not known, and there are too few lines to test residuals for correlation."
 
@@ -154,7 +154,7 @@ class Misfit:
     level: float
     noise_known: bool
     data_faults: tuple[str, ...] = ()
-    model_error: tuple[_model_error.Errors, ...] = ()
+    model_error: tuple[Errors, ...] = ()
     noise_needed: NoiseNeeded | None = None
     chi2_without_errors: float = float("nan")
 
@@ -192,7 +192,7 @@ class Misfit:
             *(self._worst_words(kind) for kind in _ROWS if self._some_fail(kind)),
             *self._predictive_words(),
             *self._discrepancy_words(),
-            *_edges.sentences(self.edges),
+            *edges_in_words(self.edges),
         ]
 
     def __repr__(self) -> str:
@@ -240,7 +240,7 @@ class Misfit:
     def _model_error_words(self) -> list[str]:
         without = self.chi2_without_errors
         chi2 = [f"Without these errors the reduced chi-square is {three_digits(without)}."]
-        return _model_error.sentences(self.model_error) + (chi2 if np.isfinite(without) else [])
+        return errors_in_words(self.model_error) + (chi2 if np.isfinite(without) else [])
 
     def _worst_words(self, kind: str) -> str:
         worst, table = self.worst(kind), self.groups[kind]

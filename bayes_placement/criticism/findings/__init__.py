@@ -18,9 +18,8 @@ from ..fitted_modes import fitted_modes
 from ..missing.ledger import NOTHING, Ledger
 from ..missing.ranking import Ranking
 from ._fits import fit, peaks_of_fits
-from ._places import places
+from ._places import outline_of, places, shapes
 from ._set_up import moved_in_words, set_up, shown_unknowns, with_bounds
-from ._shapes import outline_of, shapes
 
 MOST_DRAWS = 1000
 """Draws, at most, that are kept of the prior and of the posterior."""
