@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from bayes_placement.criticism.reach._ports import INNER, PLAIN
-from bayes_placement.laws.rational import rational
-from bayes_placement.laws.rows import LOGARITHM, NUMBERS, NetworkRows
+from bayes_placement.laws.rows import LOGARITHM, NUMBERS, NetworkRows, rational
 
 OMEGA = 2 * np.pi * np.geomspace(20.0, 2000.0, 160)
 MIDDLE = float(np.sqrt(OMEGA[0] * OMEGA[-1]))

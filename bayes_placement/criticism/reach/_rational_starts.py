@@ -6,8 +6,7 @@ A resonance without damping is as narrow as a line; a descent from beside it doe
 import numpy as np
 from jaxtyping import Float
 
-from ...laws.rational import rational
-from ...laws.rows import ELEMENTS_OF_ROW, LOGARITHM, NetworkRows
+from ...laws.rows import ELEMENTS_OF_ROW, LOGARITHM, NetworkRows, rational
 from ._asked import LARGEST, NETWORK, OF_ROW, PLACE, LawsAsked, Networks
 from ._free_law import over
 

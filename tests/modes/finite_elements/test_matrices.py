@@ -8,7 +8,7 @@ from scipy.sparse import csc_array, diags_array, load_npz
 from bayes_placement.modes.finite_elements.matrices import Matrices
 from bayes_placement.modes.finite_elements.matrices import _eigenmodes as eigenmodes
 from bayes_placement.modes.finite_elements.matrices import _static_flexibility as statics
-from bayes_placement.modes.finite_elements.matrices._symmetric_factor import (
+from bayes_placement.modes.finite_elements.matrices._static_flexibility import (
     factorised,
     nested_dissection,
 )

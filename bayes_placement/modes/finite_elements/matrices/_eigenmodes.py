@@ -10,8 +10,7 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from ...._shared.errors import InputError, NumericalError
-from ._static_flexibility import StaticFlexibility, with_sign
-from ._symmetric_factor import factorised, start_vector
+from ._static_flexibility import StaticFlexibility, factorised, start_vector, with_sign
 
 ATTEMPTS = 3
 DENSE = 3

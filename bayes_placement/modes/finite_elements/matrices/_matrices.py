@@ -22,9 +22,9 @@ from ._static_flexibility import (
     StaticFlexibility,
     free_fields,
     geometric_fields,
+    nested_dissection,
     static_flexibility,
 )
-from ._symmetric_factor import nested_dissection
 
 
 class Release(NamedTuple):
