@@ -9,7 +9,7 @@ import xarray as xr
 from .._shared.files import Json
 from .._shared.labels import ABOUT, AS_DRAWN
 from ..criticism.check.misfit import Misfit
-from ..criticism.findings import Model, draws_of_result, findings, models_of
+from ..criticism.findings.findings import Model, draws_of_result, findings, models_of
 from ..criticism.fitted import in_scalars
 from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.ranking import Ranking

@@ -7,8 +7,8 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement._shared.compiled import compiled
-from bayes_placement.criticism.findings import Model, findings
 from bayes_placement.criticism.findings._places import FEWEST_LINES, outline_of
+from bayes_placement.criticism.findings.findings import Model, findings
 from bayes_placement.modes.finite_elements.outline import outline as outline_drawn
 from tests.criticism import small
 from tests.effects import models_in_space

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.criticism.findings import Model, findings
+from bayes_placement.criticism.findings.findings import Model, findings
 from bayes_placement.criticism.fitted_modes import fitted_modes
 from bayes_placement.plots.report import Report, write_report
 from tests.experiment import modal_bars

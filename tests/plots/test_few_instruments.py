@@ -8,7 +8,7 @@ import bayes_placement as bp
 from bayes_placement.cli import _run
 from bayes_placement.cli._result_folder import ResultFolder
 from bayes_placement.cli._terminal import Screen
-from bayes_placement.criticism.findings import Model, findings
+from bayes_placement.criticism.findings.findings import Model, findings
 from bayes_placement.io import netcdf
 from bayes_placement.plots import ledger as ledger_plots
 from bayes_placement.plots import report as report_writer
