@@ -187,7 +187,7 @@ def pooled_by_coherence(measurement: "Measurement") -> Pairs:
     count = neighbours(averages, correlated, DEGREES)
     result = np.array(unbiased)
     for pair in np.ndindex(*variance.shape[:2]):
-        useful = _is_useful(unbiased[pair])
+        useful = np.isfinite(unbiased[pair]) & (unbiased[pair] > 0)
         if useful.sum() >= FEWEST_LINES:
             lines, amplitude = unbiased[pair][useful], np.abs(measurement.frf[pair][useful])
             result[pair][useful] = inverse * pooled(
@@ -220,10 +220,6 @@ def _scatter(variance: Pairs, distance: int) -> float:
         apart = np.abs(level[..., : -2 * distance] - 2 * middle + level[..., 2 * distance :])
     apart = apart[np.isfinite(apart)]
     return float(np.median(apart)) if apart.size else float("nan")
-
-
-def _is_useful(variance: Float[np.ndarray, "frequency"]) -> np.ndarray:
-    return np.isfinite(variance) & (variance > 0)
 
 
 HALF, NUMERATOR = 4, 2

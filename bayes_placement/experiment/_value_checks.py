@@ -162,39 +162,34 @@ def _is_finite_at_draws(prior: Distribution) -> Bool[Array, ""]:
 
 def not_negative(call: str, word: str, value: Parameter) -> Parameter:
     """Return a standard deviation that may vanish, if it is not negative."""
-    if is_open(value):
-        return value
-    _check_numbers(call, word, value)
-    wrong = np.asarray(value)[~(np.isfinite(value) & (np.asarray(value) >= 0))]
-    if wrong.size:
-        raise InputError(
-            f"{call} was given a {word} of {wrong[0]:g}; the {word} must not be negative, since it "
-            "is a standard deviation. Give 0 for none."
-        )
-    return value
+    needed = "must not be negative, since it is a standard deviation. Give 0 for none"
+    return _beyond_zero(call, word, value, np.greater_equal, needed)
 
 
 def positive(call: str, word: str, value: Parameter) -> Parameter:
     """Return a standard deviation, or a factor on one, if it is positive or a distribution."""
+    needed = (
+        "must be positive, since a likelihood without noise is infinite. Without output error give "
+        "noise=None and use marginals.KDE()"
+    )
+    return _beyond_zero(call, word, value, np.greater, needed)
+
+
+def _beyond_zero(
+    call: str, word: str, value: Parameter, is_beyond: np.ufunc, needed: str
+) -> Parameter:
     if is_open(value):
         return value
-    _check_numbers(call, word, value)
-    wrong = np.asarray(value)[~(np.isfinite(value) & (np.asarray(value) > 0))]
-    if wrong.size:
-        raise InputError(
-            f"{call} was given a {word} of {wrong[0]:g}; the {word} must be positive, since a "
-            "likelihood without noise is infinite. Without output error give noise=None and use "
-            "marginals.KDE()."
-        )
-    return value
-
-
-def _check_numbers(call: str, word: str, value: object) -> None:
-    if np.asarray(value).dtype.kind not in "iuf":
+    numbers = np.asarray(value)
+    if numbers.dtype.kind not in "iuf":
         raise InputError(
             f"{call} was given {shown(value)}; numbers or a distribution are needed, as the "
             f"{word} of measured values: {call.split('(')[0]}(0.01)."
         )
+    wrong = numbers[~(np.isfinite(numbers) & is_beyond(numbers, 0))]
+    if wrong.size:
+        raise InputError(f"{call} was given a {word} of {wrong[0]:g}; the {word} {needed}.")
+    return value
 
 
 def check_lines(matrix: Parameter, lines: int) -> None:
@@ -208,20 +203,16 @@ def check_lines(matrix: Parameter, lines: int) -> None:
         )
 
 
-def _symmetric(matrix: np.ndarray) -> np.ndarray:
-    """Refuse a matrix that differs from its transpose, of which a factor has only one triangle."""
-    if matrix.shape != matrix.T.shape or not np.allclose(matrix, matrix.T):
-        raise np.linalg.LinAlgError("it is not symmetric")
-    return matrix
-
-
 def positive_definite(matrix: Parameter) -> Parameter:
     """Return a covariance if it is positive definite or a distribution."""
     if is_open(matrix):
         return matrix
     check_annotated("matrix", matrix, Float[np.ndarray, "line line"] | Array)
+    numbers = np.asarray(matrix)
     try:
-        np.linalg.cholesky(_symmetric(np.asarray(matrix)))
+        if numbers.shape != numbers.T.shape or not np.allclose(numbers, numbers.T):
+            raise np.linalg.LinAlgError  # a factor has one of its triangles alone
+        np.linalg.cholesky(numbers)
     except np.linalg.LinAlgError as error:
         raise InputError(
             f"noise.Covariance(matrix) was given a matrix of shape {np.shape(matrix)} that is not "

@@ -17,7 +17,6 @@ from .._shared.compiled import compiled
 from .._shared.dimensions import Parameter
 from .._shared.sites import Role, Unknown
 from ..experiment.experiment import Experiment
-from ..experiment.model_error import ModalErrors
 from ..modes.modes import Modes
 
 Values = dict[str, Any]
@@ -91,7 +90,7 @@ def _mirror(experiment: Experiment, positions: Sequence[str]) -> _Mirror:
     parity = np.ones(0)
     if shape_errors and errors is not None:
         parity = np.asarray(compiled(_parity)(experiment.nominal().structure.proper_modes()))
-        parity = _of_modes_with_errors(parity, errors)
+        parity = parity[errors.rigid_body_modes :][: errors.modes]
     return _Mirror(
         tuple(positions),
         tuple(shape_errors),
@@ -100,10 +99,6 @@ def _mirror(experiment: Experiment, positions: Sequence[str]) -> _Mirror:
         high,
         parity,
     )
-
-
-def _of_modes_with_errors(of_mode: np.ndarray, errors: ModalErrors) -> np.ndarray:
-    return of_mode[errors.rigid_body_modes :][: errors.modes]
 
 
 def _ends(modes: Modes) -> tuple[Parameter, Parameter]:

@@ -189,7 +189,7 @@ def _with_setting(table: pd.DataFrame, kind: str, *, on_one_line: bool) -> str:
 def _on_a_line(
     table: pd.DataFrame, kinds: list[str], places: Sequence[tuple[str, object]], axes: object
 ) -> Figure:
-    layout = panels(1, 2, axes, size=(PANEL[0], _height(kinds)))
+    layout = panels(1, 2, axes, size=(PANEL[0], min(PAGE, max(PANEL[1], 1.2 + BAR * len(kinds)))))
     strips, bars = layout.axes[0]
     _draw_strips(strips, table, kinds)
     _draw_greatest(bars, table, kinds)
@@ -387,10 +387,6 @@ def before_and_after(result: Fits, *, axes: Sequence[Axes] | np.ndarray | None =
             mark_outside(panel, channel)
     share_frequency(layout.axes, rows)
     return layout.with_legend()
-
-
-def _height(kinds: list[str]) -> float:
-    return min(PAGE, max(PANEL[1], 1.2 + BAR * len(kinds)))
 
 
 def _short(value: float) -> str:

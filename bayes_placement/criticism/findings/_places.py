@@ -129,7 +129,7 @@ def _drawn(
     missing = [name for name in names if name not in draws]
     if missing:
         return np.full((DRAWS, 3), np.nan), np.full((DRAWS, 3), np.nan)
-    chosen = {name: _chosen(draws[name]) for name in names}
+    chosen = {name: np.asarray(draws[name])[_rows(len(draws[name]), DRAWS)] for name in names}
     path = (kind, transducer.name)
     if not names:
         position, direction = (np.asarray(part)[None] for part in _mounted(experiment, path, {}))
@@ -149,10 +149,6 @@ def _mounted(experiment: Experiment, path: tuple[str, str], values: Values) -> t
     there = getattr(experiment.fix(values), kind)[name]
     direction = jnp.asarray(there.points(AXES).direction)[0]
     return jnp.atleast_1d(coordinates(there.position)), direction
-
-
-def _chosen(draws: np.ndarray) -> np.ndarray:
-    return np.asarray(draws)[_rows(len(draws), DRAWS)]
 
 
 def _rows(count: int, wanted: int) -> np.ndarray:

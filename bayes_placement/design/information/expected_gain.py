@@ -166,7 +166,7 @@ def _gain(
     return jnp.mean(log_likelihood - evidence)
 
 
-BATCH = 8
+INTEGRATED_AT_ONCE = 8
 """Draws of the parameters that are integrated at once."""
 
 
@@ -235,5 +235,5 @@ class _Exact(eqx.Module):
             return integrated.log_likelihood(at.fix(values))
 
         flat = {n: jnp.reshape(v, (-1, *v.shape[2:])) for n, v in self.parameters.items()}
-        log_likelihood = jax.lax.map(likelihood, flat, batch_size=BATCH)
+        log_likelihood = jax.lax.map(likelihood, flat, batch_size=INTEGRATED_AT_ONCE)
         return divergence(log_likelihood.reshape(self.shape))
