@@ -214,7 +214,10 @@ _WIDTHS = {_SHORT: 5, _LONG: 10}
 
 
 def _calculix(path: Path) -> MeshContents:
-    """Read nodes and elements; results are left out."""
+    """Read nodes (blocks 2C) and elements (3C) of results as text (.frd), without the results.
+
+    Wittig, CalculiX GraphiX user's manual, section "Result Format".
+    """
     lines = decoded(path.read_bytes()).splitlines()
     node, points = [], []
     for width, line in _records(lines, "2C"):

@@ -27,7 +27,7 @@ _ROUNDING = 1e-12  # of the greatest eigenvalue, below which one counts as zero
 
 ModalResponse = Inexact[Array, "response mode frequency"]
 ModalReference = Inexact[Array, "reference mode frequency"]
-Response = Complex[Array, "response reference frequency"]
+Receptance = Complex[Array, "response reference frequency"]
 Modal = Float[Array, "mode mode"]
 Decomposed = tuple[Float[Array, "mode"], Modal, Modal]
 
@@ -78,9 +78,9 @@ def _eigh_jvp(primals: tuple[Modal], tangents: tuple[Modal]) -> tuple[Decomposed
 
 @jax.custom_jvp
 def with_coupling(
-    receptance: Response, coupling: Modal, response: ModalResponse, reference: ModalReference
-) -> Response:
-    """Response with the first-order change by a coupling of modes whose value is zero.
+    receptance: Receptance, coupling: Modal, response: ModalResponse, reference: ModalReference
+) -> Receptance:
+    """Receptance with the first-order change by a coupling of modes whose value is zero.
 
     The coupling is a stiffness [(rad/s)^2] between modes of one frequency; response and reference
     are modal receptances times the shapes at the points of each. The receptance stays the same, but
@@ -92,7 +92,7 @@ def with_coupling(
 @with_coupling.defjvp
 def _with_coupling_jvp(
     primals: tuple[Array, ...], tangents: tuple[Array, ...]
-) -> tuple[Response, Response]:
+) -> tuple[Receptance, Receptance]:
     receptance, _, response, reference = primals
     change = -jnp.einsum("pnf,nm,qmf->pqf", response, tangents[1], reference)
     return receptance, tangents[0] + change

@@ -29,6 +29,7 @@ _EDGE = 1e-12  # nearest probability to 0 and 1
 def scores(sampling: str, replicates: int, count: int, dimension: int, seed: int) -> np.ndarray:
     """Standard normal scores [replicate, point, unknown].
 
+    Replicates are independent of each other: their spread gives the error of an estimate.
     Sobol points have at most 21,201 coordinates; all further ones are independent draws, which
     leaves the estimate right and its error about that of independent draws.
     """

@@ -142,7 +142,11 @@ ROUNDING = 1e-9
 
 
 def cell_masses(matrices: Matrices, model: ModalModel) -> Float[np.ndarray, "cell mode mode"]:
-    """Mass of each cell over the modes; that of all cells is the mass of the model."""
+    """Mass of each cell over the modes; that of all cells is the mass of the model.
+
+    Regions are made for stiffness, and few. What is forgotten of the mass sits at a point, and
+    modes of half-waves as long as a region feel where in it.
+    """
     cell = _cells(matrices.position)[matrices.node_index]
     inertia = matrices.mass @ model.shape
     masses = []
