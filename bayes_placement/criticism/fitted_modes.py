@@ -61,7 +61,7 @@ def fitted_modes(
     [1, 2]
     """
     concrete = experiment.fix(with_arrays(experiment, values))
-    model = ModesOfModel(*map(np.asarray, compiled(_of_model)(concrete)))  # type: ignore[arg-type]
+    model = modes_of_model(concrete)
     measured = measurement.channels(experiment.sensor_channels) if experiment.sensor else None
     measured = measurement.without_shapes() if measured is None else measured
     variables: dict[str, tuple[object, ...]] = {"number": ("mode", model.number)}
@@ -80,6 +80,11 @@ def fitted_modes(
     labels = [channel.label for channel in measured.sensors]
     count = measured.natural_frequency.size
     return xr.Dataset(variables, coords={"mode": np.arange(1, count + 1), "sensor": labels})
+
+
+def modes_of_model(concrete: Experiment) -> ModesOfModel:
+    """Modes of a model without unknowns that observes modes, paired with those measured."""
+    return ModesOfModel(*map(np.asarray, compiled(_of_model)(concrete)))  # type: ignore[arg-type]
 
 
 def _scaled(measured: ModalParameters, model: ModesOfModel) -> np.ndarray:

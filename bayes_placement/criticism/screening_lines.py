@@ -14,7 +14,7 @@ import numpy as np
 
 from ..effects.effect import take_long
 from ..experiment.noise import Data
-from ..experiment.variants import evenly_spread, with_lines_at
+from ..experiment.variants import evenly_spread, with_effects_roughly, with_lines_at
 from ..inference.engines.least_squares import LeastSquares, ParameterPoints
 from ..inference.residuals import Problem
 from ..inference.residuals_of_state import State
@@ -70,6 +70,8 @@ def at_sample(values: np.ndarray) -> np.ndarray:
 class Thinned:
     """A problem at some of its lines, evenly spread, each of which counts for several.
 
+    Effects that are spread over a part have fewer ports.
+
     Its sums of squares, and its sums of logs, are those of the whole problem but for the error of
     the sample. States that observe modes keep them all.
 
@@ -115,14 +117,15 @@ class Thinned:
 
 
 def thinned(state: State, step: int) -> State:
-    """A state at one of so many of its lines."""
+    """A state at one of so many of its lines, with effects in a form that takes less time."""
     if state.experiment.observe.is_modal:
         return state
     lines = _lines(state)
     count = -(-lines.size // step)
     chosen = lines[evenly_spread(lines.size, count)]
     data: Data = jax.tree.map(lambda values: values[..., chosen], state.data)
-    return state._replace(experiment=with_lines_at(state.experiment, chosen), data=data)
+    rough = with_effects_roughly(with_lines_at(state.experiment, chosen))
+    return state._replace(experiment=rough, data=data)
 
 
 def _lines(state: State) -> np.ndarray:

@@ -137,6 +137,10 @@ class Effect(eqx.Module):
                 if not field.metadata.get(OF_CHANNELS):
                     check_scalar(field.name, value)
 
+    def roughly(self: Self) -> Self:
+        """Return the effect in a form that takes less time, to find out where it acts: itself."""
+        return self
+
     def on(self: Self, modes: Modes) -> Self:
         """Return the effect placed on a structure, or refuse one that it does not fit."""
         return self

@@ -1,12 +1,12 @@
 """A law spread over a part of the structure: any law, and what all that is so attached shares."""
 
 import dataclasses
-from typing import ClassVar, TypeAlias
+from typing import ClassVar, Self, TypeAlias
 
 import equinox as eqx
 
 from .._shared.errors import InputError
-from ..modes.ports import over
+from ..modes.ports import FEWER, over
 from ..positions.bounds import in_space
 from .attached import GivenLaw
 from .effect import NetworkAttachment
@@ -24,6 +24,7 @@ class OverExtent(NetworkAttachment):
     tried_last: ClassVar[bool] = True
     takes_long: ClassVar[bool] = True
     extent: eqx.AbstractVar[Extent]
+    is_rough: bool = field(static=True, default=False, kw_only=True, repr=False)
 
     acts_on = "region"
 
@@ -34,7 +35,12 @@ class OverExtent(NetworkAttachment):
 
     def points(self, modes: Modes) -> Points:
         """Ports all over the extent, on each of which all of the law acts."""
-        return over(coordinates(self.at), self.extent, self.direction, modes).points
+        fewer = FEWER if self.is_rough else 1.0
+        return over(coordinates(self.at), self.extent, self.direction, modes, fewer).points
+
+    def roughly(self) -> Self:
+        """Return the effect with fewer ports."""
+        return dataclasses.replace(self, is_rough=True)
 
 
 def without_flat_edges(effect: "OverExtent") -> "OverExtent":

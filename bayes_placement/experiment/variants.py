@@ -102,6 +102,13 @@ def with_lines_at(experiment: Experiment, chosen: np.ndarray) -> Experiment:
     )
 
 
+def with_effects_roughly(experiment: Experiment) -> Experiment:
+    """Return the experiment with effects of its structure in a form that takes less time."""
+    effects = experiment.structure.effects
+    rough = type(effects)((name, effect.roughly()) for name, effect in effects.items())
+    return eqx.tree_at(lambda tree: tree.structure.effects, experiment, rough)
+
+
 def _noise_at(noise: Noise | None, chosen: np.ndarray, size: int) -> Noise | None:
     """Noise of the chosen ones of `size` lines."""
     if isinstance(noise, Covariance):

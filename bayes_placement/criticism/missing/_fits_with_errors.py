@@ -6,23 +6,35 @@ from dataclasses import replace
 from ...experiment.model_error import ModalErrors
 from ...inference.engines.empirical_bayes import Rival
 from ..kept_fits import fitted_in_processes
+from ._errors_as_identified import given_with_errors, refitted_from_given
 from ._fitted_candidates import FittedFields, fitted_fields
 from ._hypotheses import Hypothesis, problem_with_errors, with_errors
 
 
 def fitted_with_errors_in_processes(
-    exact: Sequence[Hypothesis], errors: ModalErrors, rival: Rival
+    exact: Sequence[Hypothesis], errors: ModalErrors, rival: Rival, given: Hypothesis | None
 ) -> list[Hypothesis]:
-    """Fit hypotheses with a model error, see `with_errors`."""
-    tasks = [(hypothesis, errors, rival) for hypothesis in exact]
+    """Fit hypotheses with a model error, see `with_errors`.
+
+    `given` is the model as given with a model error, which explains the data; None where it does
+    not, or is not fitted yet.
+    """
+    tasks = [(hypothesis, errors, rival, given) for hypothesis in exact]
     return [
         _received(hypothesis, errors, fields)
         for hypothesis, fields in zip(exact, fitted_in_processes(_fields, tasks), strict=True)
     ]
 
 
-def _fields(exact: Hypothesis, errors: ModalErrors, rival: Rival) -> FittedFields:
-    return fitted_fields(with_errors(exact, errors, rival))
+def _fields(
+    exact: Hypothesis, errors: ModalErrors, rival: Rival, given: Hypothesis | None
+) -> FittedFields:
+    if not exact.effects:
+        return fitted_fields(given_with_errors(exact, errors))
+    found = with_errors(exact, errors, rival)
+    if given is not None:
+        found = refitted_from_given(exact, found, given, rival)
+    return fitted_fields(found)
 
 
 def _received(exact: Hypothesis, errors: ModalErrors, found: FittedFields) -> Hypothesis:

@@ -30,6 +30,7 @@ from ._posterior_odds import (
     Comparison,
     explains,
     greatest_odds_expected,
+    may_explain,
     p_value,
     passes,
     wants_more_effects,
@@ -185,9 +186,9 @@ def _rivals(question: Question, exact: Comparison) -> dict[Hypothesis, Hypothesi
     """
     if question.errors is None:
         return {}
-    both = exact.best(), exact.hypotheses[0]
-    rivals = dict(zip(both, question.fits.with_errors(*both), strict=True))
-    best, _ = both
+    none, best = exact.hypotheses[0], exact.best()
+    # One after the other: effects may begin at what the model error of none of them explains.
+    rivals = {each: question.fits.with_errors(each)[0] for each in (none, best)}
     return {} if exact.log_odds(rivals[best]) < exact.log_odds(best) else rivals
 
 
@@ -200,6 +201,8 @@ def deepened(
         if not wants_more_effects(comparison, depth, question.level):
             break
         if greatest_odds_expected(comparison, depth, further_effects) < rival:
+            break
+        if not may_explain(comparison, depth, further_effects, question.level):
             break
         comparison = deeper(question, comparison, depth, breadth, tick)
         question.seen(comparison)

@@ -187,7 +187,7 @@ def with_other_laws(
     """Try all networks in the place of each one of the best hypothesis of several effects.
 
     Alone, a network took up a little of what the others do: beside them it may be another one, and
-    on another kind of port. With a model error, where that takes minutes, it stays where it is.
+    on another kind of port. With a model error, or beside what takes long, it stays where it is.
     Effects of the library that are networks may be others at the same place.
 
     `tick` is called once for each network that is replaced, and once for each kind of port. Laws
@@ -204,7 +204,8 @@ def with_other_laws(
         rest = without(best, effect.name, null)
         found = _laws_at_place_of(at_place, effect, best, rest)
         is_known = looked is not None and looked.base.kinds == rest.kinds
-        if is_network and not (best.has_errors or is_known) and tells_phase(null.problem):
+        is_slow = best.has_errors or takes_long(rest)
+        if is_network and not (is_slow or is_known) and tells_phase(null.problem):
             ports = ports_of(rest.problem.experiment)
             found += reached_ports(rest.problem, rest.fit.point, ports, tick)[1]
         laws = _probable(found)

@@ -156,8 +156,25 @@ def greatest_odds_expected(comparison: Comparison, depth: int, further_effects: 
     Of effects that move different data, each gains less than the one before. A rule of the search,
     no bound: two effects can hide each other.
     """
-    odds = [
-        max(comparison.log_odds(h) for h in comparison.hypotheses if len(h.effects) == count)
-        for count in (depth - 1, depth)
-    ]
+    odds = [comparison.log_odds(_best_of(comparison, count)) for count in (depth - 1, depth)]
     return float(odds[1] + further_effects * max(0.0, odds[1] - odds[0]))
+
+
+def may_explain(comparison: Comparison, depth: int, further_effects: int, level: float) -> bool:
+    """Whether some more effects than so many are expected to leave nothing but noise.
+
+    Each may lower the sum of squares by twice as much as the one before, so that no effect is given
+    up that others hide a little. Where the model is wrong as a whole, the next lowers it by a small
+    part of what is left. No check says so of unknown noise, nor of the first effect.
+    """
+    before, best = (row_of(_best_of(comparison, count)) for count in (depth - 1, depth))
+    if depth < 2 or not best.is_noise_known:
+        return True
+    least = best.squares - 2 * further_effects * max(0.0, before.squares - best.squares)
+    return best._replace(squares=max(0.0, least)).explains(Policy(level=level))
+
+
+def _best_of(comparison: Comparison, count: int) -> Hypothesis:
+    """The hypothesis of so many effects of the largest odds."""
+    of_count = (each for each in comparison.hypotheses if len(each.effects) == count)
+    return max(of_count, key=comparison.log_odds)

@@ -22,7 +22,7 @@ from ._fits_with_errors import fitted_with_errors_in_processes
 from ._hypotheses import NO_RIVAL, Hypothesis, null_hypothesis
 from ._more_effects import single_effects, with_channels
 from ._networks import LawsBeside, with_networks, with_networks_of_many
-from ._posterior_odds import Comparison, explains
+from ._posterior_odds import Comparison, explains, passes
 from ._scanned_candidates import Tick
 
 
@@ -76,7 +76,9 @@ class SharedFits:
         assert errors is not None
         asked = dict.fromkeys(exact)  # the best hypothesis may be the one without effects
         unknown = [each for each in asked if (each, rival) not in self._with_errors]
-        fits = fitted_with_errors_in_processes(unknown, errors, rival)
+        given = self._with_errors.get((self.null, NO_RIVAL))
+        given = given if given is not None and passes(given, LEVEL) else None
+        fits = fitted_with_errors_in_processes(unknown, errors, rival, given)
         self._with_errors |= {(each, rival): fit for each, fit in zip(unknown, fits, strict=True)}
         return [self._with_errors[each, rival] for each in exact]
 

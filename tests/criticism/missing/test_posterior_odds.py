@@ -12,6 +12,7 @@ from bayes_placement.criticism.missing._hypotheses import Hypothesis
 from bayes_placement.criticism.missing._posterior_odds import (
     Comparison,
     greatest_odds_expected,
+    may_explain,
     p_value,
 )
 from bayes_placement.criticism.missing._weighed import NONE, NOTHING
@@ -197,3 +198,18 @@ def test_further_effects_are_expected_to_gain_no_more_than_the_one_before():
     assert 290 < gain < 300  # the prior halves and shares what the evidence gains
     worse = comparison(hypothesis([], -1000.0), hypothesis(["point_mass"], -1010.0))
     assert greatest_odds_expected(worse, 1, 2) == worse.log_odds(worse.hypotheses[1])
+
+
+@pytest.mark.parametrize(
+    ("of_single", "of_pair", "expected"),
+    [(60.0, 20.0, True), (5.0, 3.0, True), (60.0, 50.0, False), (60.0, 60.0, False)],
+)
+def test_a_third_effect_is_tried_where_it_may_leave_nothing_but_noise(of_single, of_pair, expected):
+    pool = comparison(
+        hypothesis([], -5e4, 100 * COUNT),
+        hypothesis(["point_mass"], -4e4, of_single * COUNT),
+        hypothesis(["gain_error"], -4.5e4, 90 * COUNT),
+        hypothesis(["point_mass", "gain_error"], -3e4, of_pair * COUNT),
+    )
+    assert may_explain(pool, 2, 1, 0.01) == expected
+    assert may_explain(pool, 1, 2, 0.01)  # two effects can hide each other
