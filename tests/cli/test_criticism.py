@@ -419,7 +419,7 @@ def test_lines_in_radians_a_second_are_told_where_none_was_measured(tmp_path):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("command", ["explain", "improve"])
+@pytest.mark.parametrize("command", ["improve", pytest.param("explain", marks=pytest.mark.longest)])
 def test_mistaken_records_are_told_before_any_search(tmp_path, command):
     inverted = MISTAKEN.format("frf=1 / measurement.frf")
     model = written(tmp_path, MODEL, NOTHING, MEASUREMENT, inverted)
@@ -439,6 +439,7 @@ def test_lines_of_a_large_measurement_are_thinned_and_the_reason_is_told(tmp_pat
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_a_model_error_can_be_declared_for_a_command(tmp_path):
     folder = tmp_path / "declared"
     (tmp_path / "model.py").write_text(MODEL + NOTHING + MEASUREMENT)

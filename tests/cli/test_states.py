@@ -33,6 +33,7 @@ def model(tmp_path_factory):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_explain_says_what_is_new_since_the_baseline(model, tmp_path):
     done = run("explain", model, "--effects", "point_mass", "--out", tmp_path)
     assert done.exit_code == 0, (done.output, done.exception)

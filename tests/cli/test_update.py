@@ -249,6 +249,7 @@ SMALL = {"smc": {"particles": 80, "populations": 2, "moves": 2}, "nuts": {"warmu
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_methods_are_shown_and_written_as_they_come(tmp_path, monkeypatch):
     small = cross_check.SIZES | SMALL | {"importance": {"draws": 50}, "quadrature": {"nodes": 16}}
     monkeypatch.setattr(cross_check, "SIZES", small)

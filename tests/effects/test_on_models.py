@@ -94,13 +94,16 @@ def named(name, soft, shares, tensions):
     ]
 
 
-LONG = {"half a plate", "two parts of a plate", "two edges", "an edge and a corner", "all at once"}
+SHORT = ["a foot", "an edge", "nearly all of a column", "compression", "tension and a column"]
+LONG = ["both feet", "half a plate", "a foot and a beam", "an edge and a corner", "all at once"]
+FURTHER = [pytest.mark.long, pytest.mark.longest]
 
 
-@pytest.mark.parametrize(
-    "case",
-    [pytest.param(name, marks=[pytest.mark.long] if name in LONG else []) for name in CHANGES],
-)
+def marks_of(case):
+    return [] if case in SHORT else FURTHER[: 1 if case in LONG else 2]
+
+
+@pytest.mark.parametrize("case", [pytest.param(name, marks=marks_of(name)) for name in CHANGES])
 def test_what_gives_way_responds_as_the_changed_matrices_do(case):
     name, soft, shares, tensions = CHANGES[case]
     model = scene(name)
@@ -113,7 +116,7 @@ def test_what_gives_way_responds_as_the_changed_matrices_do(case):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", ["portal", "plate"])
+@pytest.mark.parametrize("name", ["portal", pytest.param("plate", marks=pytest.mark.longest)])
 def test_on_models_handed_over_too(shared_data, name):
     model = models_in_space.handed_over(shared_data, name)
     support, region = next(iter(model.soft)), "region 0"

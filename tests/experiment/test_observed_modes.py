@@ -176,6 +176,7 @@ def test_modulus_from_natural_frequencies_alone_is_that_of_the_linear_model():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_a_sensor_is_placed_by_shapes_alone():
     rng = np.random.default_rng(3)
     true = [0.12, 0.3, 0.42, 0.77]

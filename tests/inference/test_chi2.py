@@ -75,6 +75,7 @@ def test_the_sentence_is_kept_in_a_file(failing, tmp_path):
     assert bp.report({"MAP": back}).misfits == [f"MAP: {failing.attrs['misfit']}"]
 
 
+@pytest.mark.long
 def test_a_likelihood_that_is_too_broad_says_nothing_about_the_model():
     """The paper's bar, which lacks nothing; the kernels are many times as wide as the error."""
     modes = bp.beams.bar(8, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0)

@@ -130,6 +130,7 @@ def test_with_unknown_noise_the_same_mass_is_new(before, after):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_explain_ranks_what_is_new(before, after, candidates):
     ranking = explain(experiment(), after, baseline=before, candidates=candidates)
     assert ranking.claimed == ("point_mass",)

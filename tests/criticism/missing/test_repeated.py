@@ -256,6 +256,7 @@ def ledger():
     return improve(experiment(), measured(MASS, OTHER, seed=2), candidates=candidates)
 
 
+@pytest.mark.long
 def test_the_ledger_names_both_masses_and_their_places(ledger):
     assert ledger.verdict == ("point_mass", "point_mass")
     assert [step.added for step in ledger.steps] == [None, "point_mass", "point_mass_2"]

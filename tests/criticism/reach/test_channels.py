@@ -58,7 +58,8 @@ RECORDS = {
         "gain",
     ),
 }
-MASS, FORCE = (pytest.param(name, marks=pytest.mark.long) for name in ("mass", "force"))
+MASS = pytest.param("mass", marks=pytest.mark.long)
+FORCE = pytest.param("force", marks=[pytest.mark.long, pytest.mark.longest])
 
 
 @functools.cache

@@ -181,7 +181,9 @@ def information_of_two(distance):
     return 0.5 * sum(np.trapezoid(term, x) for term in terms)
 
 
-@pytest.mark.parametrize("rivals", NETWORKS)
+@pytest.mark.parametrize(
+    "rivals", ["another place", pytest.param("another law", marks=pytest.mark.long)]
+)
 def test_networks_are_told_apart_as_two_normal_distributions_are(rivals):
     one, other = NETWORKS[rivals]
     apart = np.array([abs(mobility_at(*one, at) - mobility_at(*other, at)) for at in PLACES])

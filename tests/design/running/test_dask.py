@@ -74,7 +74,10 @@ def test_an_estimate_that_cannot_be_made_is_refused_by_its_own_words(cluster):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("whose", ["its own workers", "workers that live on"])
+@pytest.mark.parametrize(
+    "whose",
+    ["its own workers", pytest.param("workers that live on", marks=pytest.mark.longest)],
+)
 def test_a_run_that_is_killed_goes_on(whose, cluster, full_map, tmp_path, monkeypatch):
     client = cluster._client
     is_local = whose == "its own workers"

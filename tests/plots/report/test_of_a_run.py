@@ -264,6 +264,7 @@ def test_records_without_model_and_hash_are_listed(tmp_path):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_the_data_of_a_week_later_are_added_and_comments_stay(folder, tmp_path):
     page = tmp_path / "bridge.html"
     run(
