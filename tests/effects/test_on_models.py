@@ -213,7 +213,13 @@ PARTS = {
 }
 
 
-@pytest.mark.parametrize("kind", PARTS)
+@pytest.mark.parametrize(
+    "kind",
+    [
+        pytest.param(kind, marks=[pytest.mark.long] * (number > 0))
+        for number, kind in enumerate(PARTS)
+    ],
+)
 def test_zero_strength_changes_nothing_and_has_a_slope(kind):
     model, effect = PARTS[kind]
     field, absent = effect.absent

@@ -162,7 +162,7 @@ def test_kernels_estimate_the_integral_over_gains():
 @pytest.mark.parametrize(
     "engine",
     [
-        bp.engines.MAP(),
+        pytest.param(bp.engines.MAP(), marks=pytest.mark.long),
         pytest.param(bp.engines.SMC(particles=1000), marks=[pytest.mark.long, pytest.mark.longest]),
     ],
 )

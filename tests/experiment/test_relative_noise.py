@@ -109,7 +109,10 @@ def test_ratio_floor_and_factor_may_be_unknown():
 
 @pytest.mark.parametrize(
     ("ratio", "floor"),
-    [pytest.param(0.05, 0.5, marks=[pytest.mark.long, pytest.mark.longest]), (0.01, 2.0)],
+    [
+        pytest.param(0.05, 0.5, marks=[pytest.mark.long, pytest.mark.longest]),
+        pytest.param(0.01, 2.0, marks=pytest.mark.long),
+    ],
 )
 def test_ratio_and_floor_are_found(ratio, floor):
     prior = dist.LogUniform(1e-3, 0.1), dist.LogUniform(1e-2, 1e2)

@@ -217,6 +217,7 @@ def test_a_sensor_may_have_a_noise_level_of_its_own():
     assert nested == pytest.approx(brute_force(experiment, data, 24), abs=2e-3)
 
 
+@pytest.mark.long
 def test_too_few_nodes_are_said():
     experiment = bar.placed(0.25, 0.30, bp.noise.Gaussian(0.003))
     measurement = experiment.nominal_measurement()

@@ -99,6 +99,7 @@ def test_the_study_says_which_data_it_needs(monkeypatch):
         bp.io.model.read(MODEL)
 
 
+@pytest.mark.long
 def test_the_command_line_finds_the_study_by_the_folder(plane, monkeypatch, request):
     folder = request.getfixturevalue("shared_data") / "measured/plane"
     monkeypatch.setenv(study.FOLDER, str(folder))

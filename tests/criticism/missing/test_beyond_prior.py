@@ -90,6 +90,7 @@ def test_explain_says_it_in_the_same_words(plain):
     assert ranking.suspicion["p_value"].min() < 1e-6
 
 
+@pytest.mark.long
 def test_numbers_that_the_data_see_as_a_product_are_told_as_confounded(plain):
     """Bending sees the product of Young's modulus and second moment alone."""
     given = with_priors(

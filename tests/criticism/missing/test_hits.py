@@ -60,7 +60,7 @@ def measured(hidden):
         pytest.param(
             effects.reversed_channel("h3"),
             "reversed_channel, actuator h3 (prob",
-            marks=pytest.mark.long,
+            marks=FURTHER,
         ),
         (
             effects.gain_error("h2", 8.81),

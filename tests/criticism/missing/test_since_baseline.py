@@ -42,6 +42,7 @@ def test_what_is_new_is_found_beside_what_was_forgotten(before, hidden):
     assert ledger.to_json()["baseline"]["added"] == "point_mass"
 
 
+@pytest.mark.long
 def test_nothing_is_new_where_nothing_came(before):
     ledger = improved(measured(FORGOTTEN, seed=3), before)
     assert ledger.verdict == () and ledger.baseline.effects == ("point_mass",)

@@ -182,7 +182,11 @@ def information_of_two(distance):
 
 
 @pytest.mark.parametrize(
-    "rivals", ["another place", pytest.param("another law", marks=pytest.mark.long)]
+    "rivals",
+    [
+        pytest.param("another place", marks=pytest.mark.long),
+        pytest.param("another law", marks=[pytest.mark.long, pytest.mark.longest]),
+    ],
 )
 def test_networks_are_told_apart_as_two_normal_distributions_are(rivals):
     one, other = NETWORKS[rivals]
