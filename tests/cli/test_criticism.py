@@ -163,6 +163,7 @@ def test_a_run_of_the_same_question_takes_the_answer_that_is_there(hidden, tmp_p
     assert sorted(files[0]) == sorted(files[1])
 
 
+@pytest.mark.long
 def test_another_question_takes_the_fits_that_are_there(hidden, tmp_path):
     folder, output = hidden
     done = again("improve", folder, "improve", tmp_path, "--effects", "point_mass")
@@ -185,6 +186,7 @@ def test_check_takes_the_fit_of_improve(hidden, tmp_path):
     assert first == second
 
 
+@pytest.mark.long
 def test_explain_takes_the_fit_of_check(hidden, tmp_path):
     folder, _ = hidden
     done = again("check", folder, "explain", tmp_path)

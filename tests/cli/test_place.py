@@ -165,6 +165,7 @@ def test_another_seed_is_computed_anew(first):
     )
 
 
+@pytest.mark.long
 def test_more_sensors_are_like_the_last_one_and_added_one_at_a_time(first):
     output, out = done(first[0], "--sensors", 2, "--search", "forward", out="two")
     assert "2 sensor x 1 actuator" in output and "sensor.s2.position" in output
@@ -257,6 +258,7 @@ def explained(probability, *ratios):
     return improve
 
 
+@pytest.mark.long
 def test_it_tells_explanations_of_the_data_apart(tmp_path, monkeypatch):
     written(tmp_path, MEASUREMENT.format(draws=20))
     monkeypatch.setattr(placing, "improve", explained(0.5, 0.0, 2.0))
@@ -382,6 +384,7 @@ def test_places_on_a_line_leave_out_its_ends():
     np.testing.assert_allclose(places["s1"], [0.25, 0.5, 0.75])
 
 
+@pytest.mark.long
 def test_rules_of_a_placement_are_options(tmp_path):
     written(tmp_path, more=TWO)
     words = ("--forbidden", "0.15:0.25", "--least-distance", "0.3", "--cost", "s2=50")

@@ -290,8 +290,10 @@ RUBBING = effects.coulomb_friction(AT, 4.0, 4e3)
 
 @pytest.mark.parametrize(
     ("law", "contact", "ratios"),
-    [(STOP, in_the_gap, (0.93, 1.02)), (RUBBING, under_friction, (1.0, 1.1))],
-    ids=["gap", "friction"],
+    [
+        pytest.param(STOP, in_the_gap, (0.93, 1.02), id="gap", marks=pytest.mark.long),
+        pytest.param(RUBBING, under_friction, (1.0, 1.1), id="friction"),
+    ],
 )
 def test_the_response_is_the_first_harmonic_of_a_time_history(law, contact, ratios):
     """Within 0.5 %: other harmonics of the force, which it leaves out, act on the motion too."""

@@ -80,7 +80,7 @@ window.WebSocket = class extends Before {
 """
 
 
-@pytest.mark.parametrize("is_open", [True, False])
+@pytest.mark.parametrize("is_open", [True, pytest.param(False, marks=pytest.mark.long)])
 def test_a_slider_that_is_moved_while_nobody_answers_is_followed_once_one_does(
     explorer,
     browser,  # noqa: F811

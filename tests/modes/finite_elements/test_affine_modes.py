@@ -376,6 +376,7 @@ def test_every_parameter_is_named_with_its_prior():
     assert "structure.modes.parameter.corner" in table and "parameter" in table
 
 
+@pytest.mark.long
 def test_leapfrog_steps_from_repeated_natural_frequencies_keep_their_energy():
     """As in NUTS; a wrong gradient gains or loses energy, and NaN is neither."""
     data = experiment().data(experiment(unknown=False).nominal_measurement())
