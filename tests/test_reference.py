@@ -35,8 +35,8 @@ KDE_TABLE = [
 ]  # fmt: skip
 
 LONG, LONGEST = [pytest.mark.long], [pytest.mark.long, pytest.mark.longest]
-# Each kernel has a row by default, and each kernel and set of unknowns one that is not longest.
-KDE_MARKS = {0: [], 8: []} | dict.fromkeys((1, 3, 5, 7, 9, 10), LONGEST)
+# Each kernel has a row by default, each set of unknowns one that is not longest.
+KDE_MARKS = {0: [], 8: []} | dict.fromkeys((1, 2, 3, 5, 7, 9, 10, 11), LONGEST)
 KDE_ROWS = [
     pytest.param(*row, marks=KDE_MARKS.get(number, LONG)) for number, row in enumerate(KDE_TABLE)
 ]
@@ -55,7 +55,7 @@ EXACT_TABLE = [
 ]
 # Each noise level and each placement once by default.
 EXACT_ROWS = [
-    pytest.param(*row, marks=[] if number in (0, 4, 8) else LONG)
+    pytest.param(*row, marks=[] if number in (0, 4, 8) else LONGEST)
     for number, row in enumerate(EXACT_TABLE)
 ]
 

@@ -193,6 +193,7 @@ def test_explain_takes_the_fit_of_check(hidden, tmp_path):
     assert "Fits and scans of an earlier run that are used again: 1 of" in done.output
 
 
+@pytest.mark.long
 def test_the_search_that_a_model_declares_is_that_of_its_check(tmp_path):
     model = written(tmp_path, MODEL, HIDDEN, MEASUREMENT, "engine = bp.engines.MAP(starts=2)\n")
     done = run("check", model, "--out", tmp_path / "out", caches=tmp_path / "caches")
@@ -238,6 +239,7 @@ def test_the_suspicion_is_written_place_by_place(hidden):
     assert set(scores["kind"]) == {"point_mass"}
 
 
+@pytest.mark.long
 def test_warnings_of_the_inference_are_lines_of_the_report(hidden, tmp_path, monkeypatch):
     class Doubtful(bp.engines.Importance):
         def run(self, posterior, key, progress):
@@ -431,6 +433,7 @@ def test_mistaken_records_are_told_before_any_search(tmp_path, command):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_lines_of_a_large_measurement_are_thinned_and_the_reason_is_told(tmp_path, monkeypatch):
     monkeypatch.setattr("bayes_placement.cli._lines.MOST_VALUES", 31)
     model = written(tmp_path, MODEL, HIDDEN, MEASUREMENT)

@@ -153,6 +153,7 @@ def test_to_ask_about_its_only_parameter_is_the_same(first):
     assert (folder / "out" / "placements.csv").read_bytes() == table
 
 
+@pytest.mark.long
 def test_another_seed_is_computed_anew(first):
     folder, _ = first
     done(folder, "--seed", 1, out="seed")
@@ -328,6 +329,7 @@ def on_plate(at):
 BOX = bp.positions.Box((0.1, 0.08, 0.0), within=(0.01, 0.01, 0.0))
 
 
+@pytest.mark.long
 def test_places_in_space_are_nodes_far_apart_where_the_structure_moves():
     experiment = on_plate(BOX)
     places = positions_to_try(experiment, "exhaustive", 4)

@@ -97,6 +97,7 @@ def test_each_state_has_its_ledger_and_figures(of_states):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_states_may_be_given_as_files(of_states, tmp_path):
     states = model_files.read(of_states[0] / "study.py").states
     files = []

@@ -180,6 +180,7 @@ def test_a_model_that_explains_the_data_is_told_no_such_thing(first):
     assert "fails" not in first[1]
 
 
+@pytest.mark.long
 def test_figures_of_many_unknowns_are_written_on_pages():
     tree = many_parameters(61)
     kept = DataTree()

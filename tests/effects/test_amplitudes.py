@@ -311,6 +311,7 @@ def test_the_response_is_the_first_harmonic_of_a_time_history(law, contact, rati
 # ------------------------------------------------------------------ structures and searches
 
 
+@pytest.mark.long
 def test_friction_sticks_along_its_direction_and_slips_under_large_forces():
     scene = models_in_space.frame()
     along = (0.6, 0.0, 0.8)

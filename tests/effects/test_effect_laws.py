@@ -279,7 +279,13 @@ def test_what_depends_on_the_amplitude_dissipates_at_every_driving_point(name):
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[] if name in STRUCTURAL[::2] else LONG) for name in ROWS]
+    "name",
+    [
+        pytest.param(
+            name, marks=[] if name in STRUCTURAL[::2] else LONG if name in STRUCTURAL else LONGEST
+        )
+        for name in ROWS
+    ],
 )
 def test_vmap_equals_loop_and_slopes_are_those_of_finite_differences(name):
     strength = np.asarray(ROWS[name].strength, float)

@@ -239,6 +239,7 @@ def test_zero_strength_changes_nothing_and_has_a_slope(kind):
     np.testing.assert_allclose(slope, felt, atol=1e-3 * size)
 
 
+@pytest.mark.long
 def test_the_order_in_which_parts_give_way_is_of_no_consequence():
     additions = [
         effects.region_stiffness_loss("beam", 0.5),
@@ -352,6 +353,7 @@ def test_an_inertia_turns_with_its_foot():
     close(response("plate", [inertia]), expected, without)
 
 
+@pytest.mark.long
 def test_a_patch_is_heavier_all_over():
     model, edges = scene("plate"), (0.12, 0.1, 0.0)
     node, weight = np.polynomial.legendre.leggauss(9)

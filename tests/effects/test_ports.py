@@ -129,7 +129,19 @@ def plain(ends="fixed-free"):
     return fine_beams.receptance(PLACES, OMEGA, lambda w: 0.0, ends)
 
 
-@pytest.mark.parametrize("kind", ATTACHED)
+VARIANTS = {
+    "rotary inertia",
+    "network on a rotation",
+    "fractional mount",
+    "mass removed from a segment",
+    "stiff damping layer",
+}
+"""Others act at the same kind of port by a law that is as simple."""
+
+
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=FURTHER * (kind in VARIANTS)) for kind in ATTACHED]
+)
 def test_what_is_attached_acts_as_on_a_fine_mesh(kind):
     effect, added = ATTACHED[kind]
     exact = fine_beams.receptance(PLACES, OMEGA, added)

@@ -37,6 +37,7 @@ def test_poles_and_shapes_are_those_of_finite_elements(damped):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_gradients_of_poles_are_those_of_finite_differences(damped):
     loaded, _ = damped
 

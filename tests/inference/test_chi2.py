@@ -66,6 +66,7 @@ def test_a_result_whose_model_explains_the_data_says_nothing():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_where_the_noise_is_fitted_chi2_says_nothing():
     assert "misfit" not in fitted(MASS, known=False).attrs
 

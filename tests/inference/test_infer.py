@@ -34,15 +34,18 @@ def experiment_and_measurement(noise=0.05):
     return experiment, experiment.nominal_measurement()
 
 
-LONG_ONES = ("grid", "nuts", "smc")
+LONG_ONES = {
+    "grid": [pytest.mark.long, pytest.mark.longest],
+    "nuts": [pytest.mark.long],
+    "smc": [pytest.mark.long],
+}
 
 
-@pytest.fixture(
-    scope="module",
-    params=[
-        pytest.param(name, marks=pytest.mark.long) if name in LONG_ONES else name for name in SMALL
-    ],
-)
+def methods(*names):
+    return [pytest.param(name, marks=LONG_ONES.get(name, [])) for name in names]
+
+
+@pytest.fixture(scope="module", params=methods(*SMALL))
 def small(request):
     """A tiny run of each method."""
     engine, marginal = SMALL[request.param]
@@ -79,7 +82,7 @@ def test_draws_lie_within_their_priors(small):
     assert 0.21 <= position.min() <= position.max() <= 0.29
 
 
-@pytest.mark.parametrize("name", ["importance", pytest.param("smc", marks=pytest.mark.long)])
+@pytest.mark.parametrize("name", methods("importance", "smc"))
 def test_a_seed_gives_the_same_result_bit_for_bit(name):
     engine, marginal = SMALL[name]
     first, again = (
@@ -226,9 +229,7 @@ def test_the_deviation_is_observed(small):
     np.testing.assert_array_equal(small["constant_data"]["deviation"].values, 0.05)
 
 
-@pytest.mark.parametrize(
-    "name", ["importance", *(pytest.param(name, marks=pytest.mark.long) for name in LONG_ONES)]
-)
+@pytest.mark.parametrize("name", methods("importance", *LONG_ONES))
 def test_other_numbers_are_not_compiled_again(name, monkeypatch):
     engine, marginal = SMALL[name]
     bp.infer(*experiment_and_measurement(), engine=engine, marginal=marginal)

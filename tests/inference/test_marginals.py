@@ -209,6 +209,7 @@ def test_correlated_noise_can_be_integrated_over_placement():
     assert nested == pytest.approx(brute_force(experiment, data, 24), abs=2e-3)
 
 
+@pytest.mark.long
 def test_a_sensor_may_have_a_noise_level_of_its_own():
     levels = np.array([0.1, 0.3]).reshape(2, 1, 1)
     experiment = two_sensors(bp.noise.Gaussian(levels))
@@ -227,6 +228,7 @@ def test_too_few_nodes_are_said():
     assert any("over the placement is not resolved" in str(warning.message) for warning in raised)
 
 
+@pytest.mark.long
 def test_kernels_wider_than_the_noise_are_said():
     experiment = bar.placed(0.25, 0.30, bp.noise.Gaussian(0.003))
     measurement = experiment.nominal_measurement()

@@ -561,6 +561,7 @@ def test_much_damage_is_told(readers, tmp_path_factory, name, changes):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 @settings(max_examples=30, **QUIET)
 @given(changes=CHANGES)
 def test_much_damage_of_a_mesh_is_told(readers, tmp_path_factory, changes):

@@ -84,7 +84,7 @@ def measured(hidden):
         pytest.param(
             effects.swapped_actuators("h1", "h4"),
             "swapped_actuators, actuators h1 and h4",
-            marks=pytest.mark.long,
+            marks=FURTHER,
         ),
         pytest.param(
             effects.frequency_drift("h4", -0.008),

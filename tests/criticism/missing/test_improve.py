@@ -204,8 +204,15 @@ def test_with_unknown_noise_an_effect_is_missing_if_what_is_left_scatters_as_noi
     assert ("Missing" in ledger.sentence()) is not unexplained
 
 
-def test_explain_claims_what_improve_claims(with_mass, candidates):
-    ranking = explain(experiment(), measured(MASS, seed=1), candidates=candidates)
+def test_explain_ranks_the_kinds_and_claims_what_improve_claims(with_mass, candidates):
+    shares = []
+    measurement = measured(MASS, seed=1)
+    ranking = explain(experiment(), measurement, candidates=candidates, progress=shares.append)
+    assert max(ranking.probabilities, key=ranking.probabilities.get) == "point_mass"
+    assert next(iter(ranking.table().index)) == "point_mass"
+    assert "point_mass" in ranking.words()[0]
+    assert np.all(np.diff(shares) >= 0)
+    assert shares[-1] == 1
     assert ranking.claimed == with_mass.verdict
 
 
@@ -330,14 +337,3 @@ def test_words_name_effect_and_error(with_mass):
 
 def test_the_experiment_of_the_ledger_has_the_effect(with_mass):
     assert "point_mass" in with_mass.experiment.structure.effects
-
-
-def test_explain_ranks_the_kinds(candidates):
-    shares = []
-    measurement = measured(MASS, seed=1)
-    ranking = explain(experiment(), measurement, candidates=candidates, progress=shares.append)
-    assert max(ranking.probabilities, key=ranking.probabilities.get) == "point_mass"
-    assert next(iter(ranking.table().index)) == "point_mass"
-    assert "point_mass" in ranking.words()[0]
-    assert np.all(np.diff(shares) >= 0)
-    assert shares[-1] == 1

@@ -58,8 +58,9 @@ RECORDS = {
         "gain",
     ),
 }
-MASS = pytest.param("mass", marks=pytest.mark.long)
-FORCE = pytest.param("force", marks=[pytest.mark.long, pytest.mark.longest])
+MASS, FORCE = (
+    pytest.param(name, marks=[pytest.mark.long, pytest.mark.longest]) for name in ("mass", "force")
+)
 
 
 @functools.cache

@@ -217,7 +217,10 @@ def test_what_stays_mounted_is_known_by_the_measurement():
 
 @pytest.mark.parametrize(
     "estimator",
-    [information.KernelGain(draws=64, placement_draws=64), information.Exact(draws=64, nodes=8)],
+    [
+        information.KernelGain(draws=64, placement_draws=64),
+        pytest.param(information.Exact(draws=64, nodes=8), marks=pytest.mark.long),
+    ],
 )
 def test_each_estimator_goes_on_from_a_posterior(estimator):
     """Nothing is left to be learnt of what is known, and the nominal values are its means."""

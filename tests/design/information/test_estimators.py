@@ -110,6 +110,7 @@ def test_the_expected_gain_of_a_linear_experiment_is_the_closed_form(linear):
     assert abs(gain - closed_form()) < 3 * error
 
 
+@pytest.mark.long
 def test_its_bias_falls_like_one_over_the_draws(linear):
     sizes, biases, errors = [8, 16, 32], [], []
     for size in sizes:

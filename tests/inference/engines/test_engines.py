@@ -217,6 +217,7 @@ def test_a_symmetry_lets_smc_switch_between_modes():
         assert abs(share - expected) <= 5 * np.sqrt(expected * (1 - expected) / 500)
 
 
+@pytest.mark.long
 def test_a_wrong_symmetry_biases_nothing():
     def mirror(values):
         return {"a": 2.0 - values["a"], "b": values["b"]}
@@ -265,6 +266,7 @@ def test_laplace_says_when_the_posterior_is_no_gaussian():
     )
 
 
+@pytest.mark.long
 def test_laplace_says_when_the_mode_lies_in_a_corner_where_all_is_flat_alike():
     def rising():
         x = numpyro.sample("x", dist.Uniform(0.0, 1.0))
