@@ -62,9 +62,10 @@ def measured(hidden):
             "reversed_channel, actuator h3 (prob",
             marks=FURTHER,
         ),
-        (
+        pytest.param(
             effects.gain_error("h2", 8.81),
             "gain_error, actuator h2, 880.7 %, a factor of 9.81, as of m/s² for g (prob",
+            marks=pytest.mark.long,
         ),
         pytest.param(
             effects.gain_error("h4", 999.0),

@@ -98,7 +98,7 @@ def test_a_tall_frame_too(kept, of):
     np.testing.assert_allclose(natural[:10], expected[:10], rtol=1e-6)
 
 
-@pytest.mark.parametrize("count", [8, 40])
+@pytest.mark.parametrize("count", [8, pytest.param(40, marks=FURTHER)])
 def test_rows_without_mass_bring_no_mode(count):
     """Modes that are all there are do not span motions without mass; static shapes do."""
     stiffness, mass, region = storeys(count, [2], massless=True)
