@@ -135,6 +135,7 @@ def test_steps_of_a_search_are_states_with_its_numbers(error):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_reach_is_laid_out_kind_by_kind():
     found = bp.reach(small.experiment(), small.measured(MASS))
     header, _ = unpacked(packed(reach_for_page(found), {}))

@@ -427,7 +427,14 @@ PAGES = {
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", PAGES)
+@pytest.mark.parametrize(
+    "name",
+    ["intervals", "placement in space"]
+    + [
+        pytest.param(name, marks=pytest.mark.longest)
+        for name in ("parameters", "few parameters", "placement", "methods")
+    ],
+)
 def test_a_command_draws_many_unknowns_on_pages(name):
     draw, tree, counts = PAGES[name]
     pages = draw(tree, {})

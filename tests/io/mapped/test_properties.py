@@ -90,6 +90,7 @@ def test_blocks_come_back_from_matlab_7_3(tmp_path_factory, block):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 @settings(max_examples=LONG, **QUIET)
 @given(block=blocks(), form=st.sampled_from(["npz", "mat 5", "mat 7"]))
 def test_many_blocks_come_back_from_any_file(tmp_path_factory, block, form):
