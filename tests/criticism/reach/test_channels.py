@@ -205,6 +205,7 @@ def test_that_nothing_is_missing_is_all_that_is_told():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_channels_become_no_networks():
     setup = experiment()
     null = null_hypothesis(setup, setup.data(measured(factor=LOW_PASS)))
