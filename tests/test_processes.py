@@ -33,8 +33,25 @@ from tests.criticism.small import MASS, experiment, measured
 def two_cores(monkeypatch):
     monkeypatch.setattr(loky, "cpu_count", lambda: 2)
     monkeypatch.setattr(_processes, "_alone", False)
-    yield
+
+
+def end_helpers():
     get_reusable_executor().shutdown(kill_workers=True)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def ended_at_last():
+    """Tests share a helper, which takes more than a second to start."""
+    yield
+    end_helpers()
+
+
+@pytest.fixture
+def ended():
+    """No other test has the helper of this one, which is spoiled."""
+    end_helpers()
+    yield
+    end_helpers()
 
 
 def where(number):
@@ -127,6 +144,7 @@ def test_what_a_helper_cannot_do_is_done_here():
     assert _parts.shared(only_here, tasks, lambda _: None) == list(range(6))
 
 
+@pytest.mark.usefixtures("ended")
 def test_a_helper_that_dies_leaves_its_tasks_and_no_other_is_started():
     awaited_helper()
     tasks = [(n, os.getpid()) for n in range(6)]
@@ -226,6 +244,7 @@ def test_what_a_helper_begins_and_cannot_do_is_done_here_when_it_is_awaited():
         awaited()
 
 
+@pytest.mark.usefixtures("ended")
 def test_the_end_of_a_helper_is_not_waited_for():
     """Half a second else, in which Python looks for garbage among all that it frees anyway."""
     awaited_helper()
@@ -243,6 +262,7 @@ def test_where_helpers_cannot_start_there_are_none(monkeypatch):
     monkeypatch.undo()
 
 
+@pytest.mark.usefixtures("ended")
 def test_a_helper_that_keeps_much_is_not_replaced():
     """Compiled functions take hundreds of megabytes; Loky takes 300 for a leak."""
     awaited_helper()
@@ -293,6 +313,7 @@ def test_a_search_of_two_processes_is_that_of_one(monkeypatch):
         np.testing.assert_allclose(one.scores["score"], other.scores["score"], atol=1e-6)
 
 
+@pytest.mark.long
 def test_hypotheses_are_the_same_with_a_model_error_fitted_elsewhere():
     setup = experiment()
     data = setup.data(measured(MASS, seed=1))

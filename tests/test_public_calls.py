@@ -156,5 +156,6 @@ def test_each_wrong_argument_gets_a_sentence():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_each_wrong_argument_of_all_others_gets_a_sentence():
     check(answers(*sorted({*public_calls.GROUPS} - {*SHORT})))

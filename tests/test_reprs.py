@@ -24,7 +24,11 @@ from tests import public_calls
 
 PLOTS = ("ledger", "measurement", "misfit", "modes", "placement", "posterior", "reach", "structure")
 
-LONG = ("files", "methods", "verbs")
+LONG = {
+    "files": [pytest.mark.long, pytest.mark.longest],
+    "methods": pytest.mark.long,
+    "verbs": pytest.mark.long,
+}
 """Groups of public calls that start processes, or infer and search."""
 
 NOUNS = {
@@ -130,7 +134,7 @@ def offences(made):
     "group",
     [
         *sorted({*public_calls.GROUPS} - {"plots", *LONG}),
-        *(pytest.param(group, marks=pytest.mark.long) for group in LONG),
+        *(pytest.param(group, marks=marks) for group, marks in LONG.items()),
     ],
 )
 def test_what_public_calls_return_is_short(group):

@@ -163,6 +163,7 @@ def test_a_run_of_the_same_question_takes_the_answer_that_is_there(hidden, tmp_p
     assert sorted(files[0]) == sorted(files[1])
 
 
+@pytest.mark.long
 def test_another_question_takes_the_fits_that_are_there(hidden, tmp_path):
     folder, output = hidden
     done = again("improve", folder, "improve", tmp_path, "--effects", "point_mass")
@@ -185,12 +186,14 @@ def test_check_takes_the_fit_of_improve(hidden, tmp_path):
     assert first == second
 
 
+@pytest.mark.long
 def test_explain_takes_the_fit_of_check(hidden, tmp_path):
     folder, _ = hidden
     done = again("check", folder, "explain", tmp_path)
     assert "Fits and scans of an earlier run that are used again: 1 of" in done.output
 
 
+@pytest.mark.long
 def test_the_search_that_a_model_declares_is_that_of_its_check(tmp_path):
     model = written(tmp_path, MODEL, HIDDEN, MEASUREMENT, "engine = bp.engines.MAP(starts=2)\n")
     done = run("check", model, "--out", tmp_path / "out", caches=tmp_path / "caches")
@@ -236,6 +239,7 @@ def test_the_suspicion_is_written_place_by_place(hidden):
     assert set(scores["kind"]) == {"point_mass"}
 
 
+@pytest.mark.long
 def test_warnings_of_the_inference_are_lines_of_the_report(hidden, tmp_path, monkeypatch):
     class Doubtful(bp.engines.Importance):
         def run(self, posterior, key, progress):
@@ -419,7 +423,7 @@ def test_lines_in_radians_a_second_are_told_where_none_was_measured(tmp_path):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("command", ["explain", "improve"])
+@pytest.mark.parametrize("command", ["improve", pytest.param("explain", marks=pytest.mark.longest)])
 def test_mistaken_records_are_told_before_any_search(tmp_path, command):
     inverted = MISTAKEN.format("frf=1 / measurement.frf")
     model = written(tmp_path, MODEL, NOTHING, MEASUREMENT, inverted)
@@ -429,6 +433,7 @@ def test_mistaken_records_are_told_before_any_search(tmp_path, command):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_lines_of_a_large_measurement_are_thinned_and_the_reason_is_told(tmp_path, monkeypatch):
     monkeypatch.setattr("bayes_placement.cli._lines.MOST_VALUES", 31)
     model = written(tmp_path, MODEL, HIDDEN, MEASUREMENT)
@@ -439,6 +444,7 @@ def test_lines_of_a_large_measurement_are_thinned_and_the_reason_is_told(tmp_pat
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_a_model_error_can_be_declared_for_a_command(tmp_path):
     folder = tmp_path / "declared"
     (tmp_path / "model.py").write_text(MODEL + NOTHING + MEASUREMENT)

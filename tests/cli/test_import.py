@@ -145,6 +145,7 @@ def test_a_laboratory_folder_ends_in_a_named_effect(laboratory, tmp_path):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_a_matrix_without_axes_and_five_lines_name_the_effect_in_one_command(tmp_path):
     model = written(tmp_path, MODEL)
     namespace = {}

@@ -15,6 +15,7 @@ from bayes_placement.cli.app import app
 from tests.cli.misbehaving_models import ENDED, MISBEHAVIOURS, model_files
 from tests.cli.studies import EXPERIMENT
 
+ALONE = [each for each in MISBEHAVIOURS if each.alone]
 REFUSED = [each for each in MISBEHAVIOURS if each.words in (ENDED, "jax_enable_x64")]
 
 
@@ -53,7 +54,12 @@ def test_a_hundred_models_that_misbehave(tmp_path, monkeypatch):
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    "each", [each for each in MISBEHAVIOURS if each.alone], ids=lambda each: each.line
+    "each",
+    [
+        pytest.param(each, marks=[pytest.mark.longest] * (number > 1))
+        for number, each in enumerate(ALONE)
+    ],
+    ids=[each.line for each in ALONE],
 )
 def test_what_outlasts_a_model_file_spoils_no_answer(tmp_path, each):
     (tmp_path / "study.py").write_text(f"{EXPERIMENT}{each.line}\n")

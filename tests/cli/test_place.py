@@ -153,6 +153,7 @@ def test_to_ask_about_its_only_parameter_is_the_same(first):
     assert (folder / "out" / "placements.csv").read_bytes() == table
 
 
+@pytest.mark.long
 def test_another_seed_is_computed_anew(first):
     folder, _ = first
     done(folder, "--seed", 1, out="seed")
@@ -165,6 +166,7 @@ def test_another_seed_is_computed_anew(first):
     )
 
 
+@pytest.mark.long
 def test_more_sensors_are_like_the_last_one_and_added_one_at_a_time(first):
     output, out = done(first[0], "--sensors", 2, "--search", "forward", out="two")
     assert "2 sensor x 1 actuator" in output and "sensor.s2.position" in output
@@ -257,6 +259,7 @@ def explained(probability, *ratios):
     return improve
 
 
+@pytest.mark.long
 def test_it_tells_explanations_of_the_data_apart(tmp_path, monkeypatch):
     written(tmp_path, MEASUREMENT.format(draws=20))
     monkeypatch.setattr(placing, "improve", explained(0.5, 0.0, 2.0))
@@ -326,6 +329,7 @@ def on_plate(at):
 BOX = bp.positions.Box((0.1, 0.08, 0.0), within=(0.01, 0.01, 0.0))
 
 
+@pytest.mark.long
 def test_places_in_space_are_nodes_far_apart_where_the_structure_moves():
     experiment = on_plate(BOX)
     places = positions_to_try(experiment, "exhaustive", 4)
@@ -382,6 +386,7 @@ def test_places_on_a_line_leave_out_its_ends():
     np.testing.assert_allclose(places["s1"], [0.25, 0.5, 0.75])
 
 
+@pytest.mark.long
 def test_rules_of_a_placement_are_options(tmp_path):
     written(tmp_path, more=TWO)
     words = ("--forbidden", "0.15:0.25", "--least-distance", "0.3", "--cost", "s2=50")

@@ -178,7 +178,13 @@ ENDLESS = "import os, time\nopen(__file__ + '.read', 'w').close()\ntime.sleep(10
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize(
+    "number",
+    [
+        signal.SIGINT,
+        *(pytest.param(n, marks=pytest.mark.longest) for n in (signal.SIGTERM, signal.SIGHUP)),
+    ],
+)
 def test_a_process_that_is_stopped_says_one_line(study, tmp_path, number):
     study.write_text(ENDLESS)
     command = [sys.executable, "-c", LISTENING, "improve"]

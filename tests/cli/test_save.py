@@ -131,6 +131,7 @@ experiment, measurement = setup(), measured(maxwell)
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_a_completed_model_with_a_network_fits_as_the_search_said(tmp_path):
     model = tmp_path / "study.py"
     model.write_text(IN_PYTHON)
@@ -193,6 +194,7 @@ def test_a_folder_holds_a_case_with_its_own_data_alone(tmp_path, name, option, w
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_a_case_is_completed_as_a_case(tmp_path):
     folder = tmp_path / "case"
     folder.mkdir()

@@ -33,6 +33,7 @@ def model(tmp_path_factory):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_explain_says_what_is_new_since_the_baseline(model, tmp_path):
     done = run("explain", model, "--effects", "point_mass", "--out", tmp_path)
     assert done.exit_code == 0, (done.output, done.exception)
@@ -96,6 +97,7 @@ def test_each_state_has_its_ledger_and_figures(of_states):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_states_may_be_given_as_files(of_states, tmp_path):
     states = model_files.read(of_states[0] / "study.py").states
     files = []

@@ -70,7 +70,7 @@ def begun(folder, *words, **settings):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("full", [False, True])
+@pytest.mark.parametrize("full", [False, pytest.param(True, marks=pytest.mark.longest)])
 def test_a_closed_or_full_output_ends_the_printing_alone(tmp_path, full):
     study = f"{EXPERIMENT}measurement = experiment.nominal_measurement()"
     (tmp_path / "study.py").write_text(study)
@@ -87,7 +87,7 @@ def test_a_closed_or_full_output_ends_the_printing_alone(tmp_path, full):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
+@pytest.mark.parametrize("encoding", ["ascii", pytest.param("cp1252", marks=pytest.mark.longest)])
 def test_a_terminal_without_greek_letters_shows_their_numbers(tmp_path, encoding):
     study = EXPERIMENT.replace('"s1"', '"\N{GREEK SMALL LETTER SIGMA}1"')
     warning = "import warnings; warnings.warn('a\x1b[2J')"

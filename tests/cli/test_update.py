@@ -180,6 +180,7 @@ def test_a_model_that_explains_the_data_is_told_no_such_thing(first):
     assert "fails" not in first[1]
 
 
+@pytest.mark.long
 def test_figures_of_many_unknowns_are_written_on_pages():
     tree = many_parameters(61)
     kept = DataTree()
@@ -249,6 +250,7 @@ SMALL = {"smc": {"particles": 80, "populations": 2, "moves": 2}, "nuts": {"warmu
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_methods_are_shown_and_written_as_they_come(tmp_path, monkeypatch):
     small = cross_check.SIZES | SMALL | {"importance": {"draws": 50}, "quadrature": {"nodes": 16}}
     monkeypatch.setattr(cross_check, "SIZES", small)

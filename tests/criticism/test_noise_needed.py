@@ -83,6 +83,7 @@ def test_unknown_noise_that_takes_up_a_misfit_is_no_explanation(of_unknown_noise
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_explain_says_how_much_noise_the_best_needs(of_unknown_noise):
     candidates = bp.effects.library(of_unknown_noise, ["point_mass", "gain_error"])
     ranking = bp.explain(of_unknown_noise, measured(MASS), candidates=candidates)

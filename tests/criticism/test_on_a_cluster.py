@@ -74,12 +74,14 @@ def stop_once(marker, *task):
     return kept_fits._in_folder(*task)  # of a worker, where it is as it was
 
 
+@pytest.mark.longest
 def test_a_worker_that_is_killed_changes_no_bit(cluster, on_cluster, tmp_path, monkeypatch):
     monkeypatch.setattr(kept_fits, "_in_folder", partial(stop_once, tmp_path / "killed"))
     pd.testing.assert_frame_equal(on_cluster, improved(cluster), check_exact=True)
     assert (tmp_path / "killed").exists()
 
 
+@pytest.mark.longest
 def test_the_script_of_the_page_searches_on_the_cluster(cluster, tmp_path):
     page = ROOT / "notebooks" / "docs" / "how_to" / "cluster.md"
     written(blocks(page.read_text()), tmp_path, "block")

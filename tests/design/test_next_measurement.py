@@ -103,6 +103,7 @@ def test_what_is_not_told_apart_ends_with_where_to_measure_next(confounded, coun
     assert inspect.unwrap(where_next)(kept, result) == said
 
 
+@pytest.mark.long
 def test_networks_are_told_apart_as_effects_of_the_library_are():
     of = experiment()
     spring = bp.effects.Spring(3e4)

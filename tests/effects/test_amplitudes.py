@@ -128,7 +128,7 @@ def scanned(law, receptance, free):
 
 @of_each_law
 def test_the_amplitude_is_the_first_that_a_scan_finds(law):
-    receptance, free = ports(60)
+    receptance, free = ports(30)
     expected = [scanned(law, *port) for port in zip(receptance, free, strict=True)]
     seen = moved(law, receptance, free)
     np.testing.assert_allclose(seen, expected, rtol=1e-8)
@@ -196,7 +196,9 @@ SLOPES = {
 }
 
 
-@pytest.mark.parametrize("name", SLOPES)
+@pytest.mark.parametrize(
+    "name", ["friction", *(pytest.param(n, marks=pytest.mark.long) for n in ("gap", "cubic"))]
+)
 def test_derivatives_are_those_of_finite_differences_either_way(name):
     kind, numbers = SLOPES[name]
 
@@ -255,7 +257,7 @@ def test_what_is_absent_or_at_rest_changes_nothing_and_has_derivatives(name):
 MASS, SPRING, DASHPOT, DRIVE = 1.0, 1e4, 4.0, 10.0
 
 
-def history(contact, omega, cycles=80):
+def history(contact, omega, cycles=60):
     """First harmonic of an oscillator, per force, once its motion has settled.
 
     The contact gives a force and its rate by displacement, velocity and the force so far.
@@ -288,8 +290,10 @@ RUBBING = effects.coulomb_friction(AT, 4.0, 4e3)
 
 @pytest.mark.parametrize(
     ("law", "contact", "ratios"),
-    [(STOP, in_the_gap, (0.93, 1.02)), (RUBBING, under_friction, (1.0, 1.1))],
-    ids=["gap", "friction"],
+    [
+        pytest.param(STOP, in_the_gap, (0.93, 1.02), id="gap", marks=pytest.mark.long),
+        pytest.param(RUBBING, under_friction, (1.0, 1.1), id="friction"),
+    ],
 )
 def test_the_response_is_the_first_harmonic_of_a_time_history(law, contact, ratios):
     """Within 0.5 %: other harmonics of the force, which it leaves out, act on the motion too."""
@@ -307,6 +311,7 @@ def test_the_response_is_the_first_harmonic_of_a_time_history(law, contact, rati
 # ------------------------------------------------------------------ structures and searches
 
 
+@pytest.mark.long
 def test_friction_sticks_along_its_direction_and_slips_under_large_forces():
     scene = models_in_space.frame()
     along = (0.6, 0.0, 0.8)

@@ -195,7 +195,9 @@ def bar_of_three_parts(ends, modulus, position, force, omega):
     return np.linalg.solve(stiffness[1:-1, 1:-1], forces)[places.index(position) - 1]
 
 
-@pytest.mark.parametrize(("position", "close"), [(0.31, 5e-5), (0.64, 1e-5)])
+@pytest.mark.parametrize(
+    ("position", "close"), [(0.31, 5e-5), pytest.param(0.64, 1e-5, marks=pytest.mark.long)]
+)
 def test_a_layer_over_instruments_on_a_bar_is_that_of_exact_waves(position, close):
     """However its ends lie: what it cuts would jump where an instrument passes a node.
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import itertools
 from collections import OrderedDict
 from typing import Any, NamedTuple
 
@@ -156,6 +157,7 @@ OF_AMPLITUDE = [
 ATTACHED = [name for name, case in ROWS.items() if isinstance(case.effect, effects.Attachment)]
 PASSIVE = [name for name in STRUCTURAL if name not in OF_AMPLITUDE]
 table = pytest.mark.parametrize("name", ROWS)
+LONG, LONGEST = [pytest.mark.long], [pytest.mark.long, pytest.mark.longest]
 
 
 def response(base, additions, places=PLACES, omega=BOTH, mounted="fixed"):
@@ -230,7 +232,7 @@ def test_no_mass_is_the_identity_however_sensors_are_mounted(mounted):
     assert np.abs(receptance(0.5, PLACES) / without() - 1).max() > 1e-2
 
 
-@pytest.mark.parametrize("ends", ["free-free", "pinned-fixed"])
+@pytest.mark.parametrize("ends", ["free-free", pytest.param("pinned-fixed", marks=LONGEST)])
 def test_zero_strengths_are_the_identity_on_other_structures(ends):
     """All effects on the structure at once, each of which is one alone on the cantilever."""
     kinds_by_name = effects.library(experiment(structure(ends)), [*EFFECTS]).effects
@@ -276,7 +278,15 @@ def test_what_depends_on_the_amplitude_dissipates_at_every_driving_point(name):
     assert np.all(np.diagonal(affected(name)[..., AHEAD]).imag < 0)
 
 
-@table
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(
+            name, marks=[] if name in STRUCTURAL[::2] else LONG if name in STRUCTURAL else LONGEST
+        )
+        for name in ROWS
+    ],
+)
 def test_vmap_equals_loop_and_slopes_are_those_of_finite_differences(name):
     strength = np.asarray(ROWS[name].strength, float)
     # There, there, and a step to either side in strength and in place.
@@ -305,20 +315,20 @@ def test_jit_equals_no_jit(name="tuned_absorber"):
 
 # ------------------------------------------------------------------------- several effects
 
-TOGETHER = 5
+GROUPED = 8
 # Those that depend on the amplitude come one after the other, so that each has a group of its own.
 IN_TURN = sorted(ROWS, key=lambda name: name in OF_AMPLITUDE)
-GROUPS = [tuple(IN_TURN[start::TOGETHER]) for start in range(TOGETHER)]
-# Each compiles all its effects at once.
-LONG, LONGEST = [pytest.mark.long], [pytest.mark.long, pytest.mark.longest]
-in_groups = pytest.mark.parametrize(
-    "names",
-    [
-        pytest.param(names, marks=marks)
-        for names, marks in zip(GROUPS, [[], [], LONG, LONGEST, LONGEST], strict=True)
-    ],
-    ids=" ".join,
-)
+GROUPS = [tuple(IN_TURN[start::GROUPED]) for start in range(GROUPED)]
+
+
+def in_groups(*marks):
+    """Each group compiles all its effects at once: those without marks of theirs are longest."""
+    each = itertools.zip_longest(GROUPS, marks, fillvalue=LONGEST)
+    cases = [pytest.param(names, marks=own) for names, own in each]
+    return pytest.mark.parametrize("names", cases, ids=" ".join)
+
+
+one_by_default = in_groups([], LONG)
 
 
 def group(names, place):
@@ -337,7 +347,7 @@ def together(names):
     return np.asarray(jax.jit(lambda: base.receptance())())
 
 
-@in_groups
+@one_by_default
 def test_the_order_of_adding_is_of_no_consequence(names):
     base = experiment(structure())
     for effect in group(names, AT)[::-1]:
@@ -345,8 +355,7 @@ def test_the_order_of_adding_is_of_no_consequence(names):
     np.testing.assert_array_equal(jax.jit(lambda: base.receptance())(), together(names))
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("names", GROUPS, ids=" ".join)
+@in_groups(LONGEST, LONG)
 def test_applied_beforehand_they_give_the_same_response(names):
     base = experiment(structure())
     for effect in group(names, AT):
@@ -356,7 +365,7 @@ def test_applied_beforehand_they_give_the_same_response(names):
     np.testing.assert_allclose(seen, expected, rtol=1e-9, atol=1e-13 * np.abs(expected).max())
 
 
-@in_groups
+@one_by_default
 def test_seen_from_the_other_end_nothing_changes(names):
     # Places count from the left end: a line that is longer at its right end has no such mirror.
     names = tuple(name for name in names if name != "dimension_error")
@@ -433,8 +442,16 @@ CONVERGING = {
 }
 
 
-@pytest.mark.parametrize("additions", [*CONVERGING.values()], ids=[*CONVERGING])
-def test_results_do_not_depend_on_the_number_of_modes(additions):
+@pytest.mark.parametrize(
+    "case",
+    [
+        "mass and crack",
+        "seat",
+        *(pytest.param(n, marks=LONG) for n in ("clamp", "tension", "sensors")),
+    ],
+)
+def test_results_do_not_depend_on_the_number_of_modes(case):
+    additions = CONVERGING[case]
     natural = np.asarray(structure(modes=120).modes.natural_frequency)
     band = np.linspace(0.4 * natural[0], np.sqrt(natural[5] * natural[6]), 300)
 

@@ -94,13 +94,16 @@ def named(name, soft, shares, tensions):
     ]
 
 
-LONG = {"half a plate", "two parts of a plate", "two edges", "an edge and a corner", "all at once"}
+SHORT = ["a foot", "an edge", "nearly all of a column", "compression", "tension and a column"]
+LONG = ["both feet", "half a plate", "a foot and a beam", "an edge and a corner", "all at once"]
+FURTHER = [pytest.mark.long, pytest.mark.longest]
 
 
-@pytest.mark.parametrize(
-    "case",
-    [pytest.param(name, marks=[pytest.mark.long] if name in LONG else []) for name in CHANGES],
-)
+def marks_of(case):
+    return [] if case in SHORT else FURTHER[: 1 if case in LONG else 2]
+
+
+@pytest.mark.parametrize("case", [pytest.param(name, marks=marks_of(name)) for name in CHANGES])
 def test_what_gives_way_responds_as_the_changed_matrices_do(case):
     name, soft, shares, tensions = CHANGES[case]
     model = scene(name)
@@ -113,7 +116,7 @@ def test_what_gives_way_responds_as_the_changed_matrices_do(case):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", ["portal", "plate"])
+@pytest.mark.parametrize("name", ["portal", pytest.param("plate", marks=pytest.mark.longest)])
 def test_on_models_handed_over_too(shared_data, name):
     model = models_in_space.handed_over(shared_data, name)
     support, region = next(iter(model.soft)), "region 0"
@@ -210,7 +213,13 @@ PARTS = {
 }
 
 
-@pytest.mark.parametrize("kind", PARTS)
+@pytest.mark.parametrize(
+    "kind",
+    [
+        pytest.param(kind, marks=[pytest.mark.long] * (number > 0))
+        for number, kind in enumerate(PARTS)
+    ],
+)
 def test_zero_strength_changes_nothing_and_has_a_slope(kind):
     model, effect = PARTS[kind]
     field, absent = effect.absent
@@ -230,6 +239,7 @@ def test_zero_strength_changes_nothing_and_has_a_slope(kind):
     np.testing.assert_allclose(slope, felt, atol=1e-3 * size)
 
 
+@pytest.mark.long
 def test_the_order_in_which_parts_give_way_is_of_no_consequence():
     additions = [
         effects.region_stiffness_loss("beam", 0.5),
@@ -343,6 +353,7 @@ def test_an_inertia_turns_with_its_foot():
     close(response("plate", [inertia]), expected, without)
 
 
+@pytest.mark.long
 def test_a_patch_is_heavier_all_over():
     model, edges = scene("plate"), (0.12, 0.1, 0.0)
     node, weight = np.polynomial.legendre.leggauss(9)

@@ -30,6 +30,7 @@ OMEGA = 2 * np.pi * np.array([6.3, 40.0, 111.0, 302.0, 801.0, 1100.0])
 AT, TO = 0.28, 0.49
 START, END = 0.2, 0.44
 MIDDLE, EXTENT = (START + END) / 2, END - START
+FURTHER = [pytest.mark.long, pytest.mark.longest]
 
 slope = functools.partial(row, AT, slope=True)
 
@@ -128,7 +129,19 @@ def plain(ends="fixed-free"):
     return fine_beams.receptance(PLACES, OMEGA, lambda w: 0.0, ends)
 
 
-@pytest.mark.parametrize("kind", ATTACHED)
+VARIANTS = {
+    "rotary inertia",
+    "network on a rotation",
+    "fractional mount",
+    "mass removed from a segment",
+    "stiff damping layer",
+}
+"""Others act at the same kind of port by a law that is as simple."""
+
+
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=FURTHER * (kind in VARIANTS)) for kind in ATTACHED]
+)
 def test_what_is_attached_acts_as_on_a_fine_mesh(kind):
     effect, added = ATTACHED[kind]
     exact = fine_beams.receptance(PLACES, OMEGA, added)
@@ -148,7 +161,10 @@ PORTS = {
 }
 
 
-@pytest.mark.parametrize("port", PORTS)
+@pytest.mark.parametrize(
+    "port",
+    ["displacement", "cut"] + [pytest.param(n, marks=FURTHER) for n in PORTS if n[0] in "rs"],
+)
 def test_a_table_acts_as_the_network_that_it_was_made_of(port):
     found, exact = response(PORTS[port](TABLE)), response(PORTS[port](LAW))
     assert deviation(found, exact) < 1e-9
@@ -175,8 +191,18 @@ def test_rotations_also_act_on_other_supports(ends):
 CUTS = {"rotation": (1, LossySpring(900.0, 0.2)), "displacement": (0, LossySpring(2e5, 0.2))}
 
 
-@pytest.mark.parametrize("ends", ["fixed-free", "fixed-pinned", "free-free"])
-@pytest.mark.parametrize("motion", CUTS)
+@pytest.mark.parametrize(
+    ("motion", "ends"),
+    [("rotation", "fixed-free"), ("displacement", "fixed-pinned"), ("rotation", "free-free")]
+    + [
+        pytest.param(*case, marks=FURTHER)
+        for case in [
+            ("displacement", "fixed-free"),
+            ("rotation", "fixed-pinned"),
+            ("displacement", "free-free"),
+        ]
+    ],
+)
 def test_a_lossy_joint_is_that_of_a_mesh_cut_open(motion, ends):
     freedom, law = CUTS[motion]
     seen = response(effects.inserted(AT, law, motion=motion), ends=ends)
@@ -193,8 +219,14 @@ def test_a_joint_of_few_modes_has_the_mass_of_those_left_out():
     assert deviation(response(effects.inserted(AT, law), modes=12), exact) < 1e-3
 
 
-@pytest.mark.parametrize("end", ["left", "right"])
-@pytest.mark.parametrize("motion", ["rotation", "translation"])
+@pytest.mark.parametrize(
+    ("motion", "end"),
+    [("rotation", "left"), ("translation", "right")]
+    + [
+        pytest.param(*case, marks=FURTHER)
+        for case in [("rotation", "right"), ("translation", "left")]
+    ],
+)
 def test_a_cut_at_a_support_is_the_compliant_support(end, motion):
     """One changes the modes, the other closes a port; without damping they are the same."""
     compliance = 1e-3 if motion == "rotation" else 1e-6

@@ -404,6 +404,7 @@ def test_only_what_was_fixed_is_known():
     assert fixed.sensor["s1"].recorded == 0.25
 
 
+@pytest.mark.long
 def test_a_hand_written_hierarchical_model_calls_the_public_pieces():
     # Ratios of a family of modes scatter around a common one, which no single leaf can say.
     modes = bp.beams.bar(4, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0)

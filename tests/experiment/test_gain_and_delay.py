@@ -161,7 +161,10 @@ def test_kernels_estimate_the_integral_over_gains():
 
 @pytest.mark.parametrize(
     "engine",
-    [bp.engines.MAP(), pytest.param(bp.engines.SMC(particles=1000), marks=pytest.mark.long)],
+    [
+        pytest.param(bp.engines.MAP(), marks=pytest.mark.long),
+        pytest.param(bp.engines.SMC(particles=1000), marks=[pytest.mark.long, pytest.mark.longest]),
+    ],
 )
 def test_engines_find_the_evidence_of_gains(engine):
     # The outputs are linear in the logs of the gains, so Laplace's approximation is exact.

@@ -66,6 +66,7 @@ def are_as_stated(squares, freedom):
     return 0.0005 < chi2.cdf(np.sum(squares), freedom) < 0.9995
 
 
+@pytest.mark.long
 def test_errors_are_as_large_as_stated():
     """Twenty measurements of three modes, by chi2 of frequency, damping and shapes."""
     found = [squares(bp.identify(measured(seed=seed)), NATURAL[:3]) for seed in range(20)]

@@ -1,6 +1,7 @@
 """Choice of lines around resonances and of thinned lines."""
 
 import dataclasses
+import itertools
 
 import jax
 import numpy as np
@@ -38,9 +39,28 @@ def without_coherence(measurement):
     return dataclasses.replace(measurement, coherence=None, averages=None)
 
 
-@pytest.mark.parametrize("quantity", ["receptance", "mobility", "accelerance"])
-@pytest.mark.parametrize("known", [True, False])
-@pytest.mark.parametrize("noise", [1e-6, 0.02, 0.1])
+EACH_ONCE = [
+    ("receptance", True, 1e-6),
+    ("mobility", False, 1e-6),
+    ("accelerance", True, 0.02),
+    ("receptance", False, 0.02),
+    ("mobility", True, 0.1),
+    ("accelerance", False, 0.1),
+]
+"""Each pair of two of quantity, known noise and its size, hardly any twice."""
+
+FURTHER = [pytest.mark.long, pytest.mark.longest]
+
+
+@pytest.mark.parametrize(
+    ("quantity", "known", "noise"),
+    [
+        pytest.param(*case, marks=[] if case in EACH_ONCE else FURTHER)
+        for case in itertools.product(
+            ["receptance", "mobility", "accelerance"], [True, False], [1e-6, 0.02, 0.1]
+        )
+    ],
+)
 def test_resonances_are_those_of_the_structure_and_no_more(quantity, known, noise):
     for seed in range(4):
         data = modal(noise=noise, seed=seed, quantity=quantity)

@@ -85,7 +85,9 @@ def test_hum_that_leaks_into_the_lines_beside_it_is_found():
     assert "at 50, 100, 200 Hz" in fault.sentence
 
 
-@pytest.mark.parametrize("ratio", [0.0, 1e-3, 0.03, 0.3])
+@pytest.mark.parametrize(
+    "ratio", [0.0, 0.03, *(pytest.param(r, marks=pytest.mark.long) for r in (1e-3, 0.3))]
+)
 def test_clean_records_are_not_accused(ratio):
     """200 records each, of which several have resonances at 50 Hz and at its multiples."""
     random = np.random.default_rng(3)

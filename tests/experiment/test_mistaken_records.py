@@ -274,7 +274,12 @@ def test_the_odds_are_the_statistic():
 @needs_cases
 @pytest.mark.parametrize("words", list(MISTAKES))
 @pytest.mark.parametrize(
-    "name", [FEW[0], *(pytest.param(name, marks=pytest.mark.long) for name in FEW[1:])]
+    "name",
+    [
+        FEW[0],
+        pytest.param(FEW[1], marks=pytest.mark.long),
+        pytest.param(FEW[2], marks=[pytest.mark.long, pytest.mark.longest]),
+    ],
 )
 def test_each_mistake_of_three_open_cases_is_named(name, words):
     experiment, measurement, *_ = study(name)
@@ -298,7 +303,7 @@ def test_each_mistake_of_every_open_case_is_named(name, words):
 def unlisted():
     """Cases with effects of no library, most of them long, as finite elements are."""
     for number, path in enumerate(sorted(DATA.glob("unlisted/n*"))):
-        marks = [pytest.mark.long] * (number > 3) + [pytest.mark.longest] * (number > 7)
+        marks = [pytest.mark.long] * (number > 1) + [pytest.mark.longest] * (number > 3)
         yield pytest.param(path.name, marks=marks)
 
 

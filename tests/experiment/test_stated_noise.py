@@ -27,6 +27,7 @@ def test_too_many_averages_are_told_with_their_factor(experiment, factor):
     assert "averages say; look at the number of averages, of which" in fault.sentence
 
 
+@pytest.mark.long
 def test_the_interval_of_95_percent_covers_the_factor():
     """Of 20 intervals, four or more miss it by chance in 2 of 100 such tests."""
     experiment = exchanged()

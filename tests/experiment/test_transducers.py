@@ -262,6 +262,7 @@ def test_a_record_outside_the_clipped_tolerance_goes_to_its_edge():
     assert nominal.actuator["a1"].recorded == (0.8, 0.2, 0.4)
 
 
+@pytest.mark.long
 def test_every_tolerance_has_finite_gradients_of_the_response():
     for tolerance, names, _ in TOLERANCES[:4]:
         experiment = experiment_in_space(

@@ -57,6 +57,7 @@ async def begun(socket):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_sliders_are_answered_while_a_report_is_written_of_the_model_as_it_was(reported, tmp_path):
     drawn = dict(reported.session.model.values)
 

@@ -431,6 +431,7 @@ def compiled_responses():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_only_structures_that_were_last_used_stay_compiled(page, monkeypatch):
     """Undo among them compiles nothing; the curves of others are compiled anew, and the same."""
     monkeypatch.setattr("bayes_placement.explorer.response.MOST", 2)

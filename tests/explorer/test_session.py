@@ -121,7 +121,7 @@ class Clicks(RuleBasedStateMachine):
 
 
 Clicks.TestCase.settings = settings(
-    max_examples=100,
+    max_examples=60,
     stateful_step_count=12,
     deadline=None,
     derandomize=True,

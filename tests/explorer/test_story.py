@@ -160,6 +160,7 @@ def test_a_mass_is_dropped_dragged_and_fitted_by_mouse_and_the_script_says_the_s
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_numbers_are_typed_and_a_killed_program_is_taken_up_again(tmp_path, browser):
     model = MODELS / "hidden_effect.py"
     words = (str(model), "--port", "0")

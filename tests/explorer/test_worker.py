@@ -110,7 +110,9 @@ def test_tasks_of_a_worker_that_was_killed_are_told_as_failed(worker):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("error", [None, bp.model_error.Embedded()])
+@pytest.mark.parametrize(
+    "error", [None, pytest.param(bp.model_error.Embedded(), marks=pytest.mark.longest)]
+)
 def test_steps_of_a_search_are_states_with_its_numbers(error):
     measurement = small.measured(MASS)
     experiment = small.experiment().with_model_error(error)
@@ -133,6 +135,7 @@ def test_steps_of_a_search_are_states_with_its_numbers(error):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_reach_is_laid_out_kind_by_kind():
     found = bp.reach(small.experiment(), small.measured(MASS))
     header, _ = unpacked(packed(reach_for_page(found), {}))
@@ -150,6 +153,7 @@ def test_reach_is_laid_out_kind_by_kind():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_what_a_process_compiled_is_forgotten_and_the_same_when_it_is_compiled_anew():
     """Programs of searches would fill the memory."""
     experiment, measurement = small.experiment(), small.measured(MASS)

@@ -66,6 +66,7 @@ def test_a_result_whose_model_explains_the_data_says_nothing():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_where_the_noise_is_fitted_chi2_says_nothing():
     assert "misfit" not in fitted(MASS, known=False).attrs
 
@@ -75,6 +76,7 @@ def test_the_sentence_is_kept_in_a_file(failing, tmp_path):
     assert bp.report({"MAP": back}).misfits == [f"MAP: {failing.attrs['misfit']}"]
 
 
+@pytest.mark.long
 def test_a_likelihood_that_is_too_broad_says_nothing_about_the_model():
     """The paper's bar, which lacks nothing; the kernels are many times as wide as the error."""
     modes = bp.beams.bar(8, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0)

@@ -34,15 +34,18 @@ def experiment_and_measurement(noise=0.05):
     return experiment, experiment.nominal_measurement()
 
 
-TAKE_LONG = ("nuts", "smc")
+LONG_ONES = {
+    "grid": [pytest.mark.long, pytest.mark.longest],
+    "nuts": [pytest.mark.long],
+    "smc": [pytest.mark.long],
+}
 
 
-@pytest.fixture(
-    scope="module",
-    params=[
-        pytest.param(name, marks=pytest.mark.long) if name in TAKE_LONG else name for name in SMALL
-    ],
-)
+def methods(*names):
+    return [pytest.param(name, marks=LONG_ONES.get(name, [])) for name in names]
+
+
+@pytest.fixture(scope="module", params=methods(*SMALL))
 def small(request):
     """A tiny run of each method."""
     engine, marginal = SMALL[request.param]
@@ -79,7 +82,7 @@ def test_draws_lie_within_their_priors(small):
     assert 0.21 <= position.min() <= position.max() <= 0.29
 
 
-@pytest.mark.parametrize("name", ["importance", pytest.param("smc", marks=pytest.mark.long)])
+@pytest.mark.parametrize("name", methods("importance", "smc"))
 def test_a_seed_gives_the_same_result_bit_for_bit(name):
     engine, marginal = SMALL[name]
     first, again = (
@@ -90,24 +93,27 @@ def test_a_seed_gives_the_same_result_bit_for_bit(name):
         assert first[group].to_dataset().identical(again[group].to_dataset()), group
 
 
-def test_methods_agree_on_the_bar():
+@pytest.mark.long
+@pytest.mark.parametrize(
+    "engine", [bp.engines.SMC(), pytest.param(bp.engines.NUTS(), marks=pytest.mark.longest)]
+)
+def test_methods_agree_on_the_bar(engine):
     # The one full-sized run of each sampler; the other rows are in tests/benchmarks.
     experiment = bar.placed(0.25, 0.25, bp.noise.Gaussian(0.01))
     measurement = experiment.nominal_measurement()
     expected = {"structure.damping.ratio.1": (0.039385, 0.15373)}
     expected["structure.damping.ratio.2"] = (0.039983, 0.03240)
-    for engine in (bp.engines.SMC(), bp.engines.NUTS()):
-        result = bp.infer(experiment, measurement, engine=engine, key=2)
-        estimates = result["estimates"].to_dataset()
-        for name, (mean, variation) in expected.items():
-            estimate = estimates.sel(unknown=name)
-            assert abs(estimate["mean"] - mean) < 5 * estimate["mean_error"]
-            assert abs(estimate["cv"] - variation) < 5 * estimate["cv_error"]
-        assert abs(estimates["kl_parameters"] - 2.4862) < 0.1
-        if isinstance(engine, bp.engines.SMC):
-            assert abs(estimates["log_evidence"] - 28.9118) < 0.1
-        else:
-            assert np.max(estimates["r_hat"]) < 1.01
+    result = bp.infer(experiment, measurement, engine=engine, key=2)
+    estimates = result["estimates"].to_dataset()
+    for name, (mean, variation) in expected.items():
+        estimate = estimates.sel(unknown=name)
+        assert abs(estimate["mean"] - mean) < 5 * estimate["mean_error"]
+        assert abs(estimate["cv"] - variation) < 5 * estimate["cv_error"]
+    assert abs(estimates["kl_parameters"] - 2.4862) < 0.1
+    if isinstance(engine, bp.engines.SMC):
+        assert abs(estimates["log_evidence"] - 28.9118) < 0.1
+    else:
+        assert np.max(estimates["r_hat"]) < 1.01
 
 
 @pytest.mark.long
@@ -128,6 +134,7 @@ def test_an_unknown_noise_level_is_found():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_complex_responses_tell_the_sign_of_the_modes():
     experiment = bp.Experiment(
         bar.bar(),
@@ -177,6 +184,7 @@ def test_sampling_without_noise_is_an_error():
         bp.infer(experiment, experiment.nominal_measurement())
 
 
+@pytest.mark.long
 def test_lines_of_several_force_levels_are_told_apart():
     experiment = bar.placed(0.25, 0.30, bp.noise.Gaussian(0.05))
     experiment = bp.Experiment(
@@ -221,9 +229,7 @@ def test_the_deviation_is_observed(small):
     np.testing.assert_array_equal(small["constant_data"]["deviation"].values, 0.05)
 
 
-@pytest.mark.parametrize(
-    "name", ["importance", "grid", pytest.param("nuts", marks=pytest.mark.long), "smc"]
-)
+@pytest.mark.parametrize("name", methods("importance", *LONG_ONES))
 def test_other_numbers_are_not_compiled_again(name, monkeypatch):
     engine, marginal = SMALL[name]
     bp.infer(*experiment_and_measurement(), engine=engine, marginal=marginal)

@@ -108,18 +108,30 @@ def test_noise_by_draws_agrees_with_the_closed_form():
     assert log_likelihood(experiment, by_draws, data) == pytest.approx(closed, abs=0.03)
 
 
+def kernels(density, experiment):
+    """Outputs at the placements that were drawn, centres of their kernels, and variances."""
+
+    def of_draws():
+        places = density._placements(experiment)
+        outputs = jax.vmap(lambda v: substitute(experiment, v).predict())(places)
+        return outputs, *density._kernels(experiment, places)
+
+    return [np.asarray(values) for values in jax.jit(of_draws)()]
+
+
 def test_variances_of_kernel_and_noise_add():
     sigma = 0.02
     experiment = bar.placed(0.25, 0.30, bp.noise.Gaussian(sigma), frequency=[100.0, 300.0])
     data = experiment.data(experiment.nominal_measurement())
     density = kde.KernelDensity(data, KEY, 20)
     placed = at_ratios(experiment)
-    centres, variance = density._kernels(placed, density._placements(placed))
+    _, centres, variance = kernels(density, placed)
     # Neither variance is negligible.
     assert np.all((variance > sigma**2 / 4) & (variance < 4 * sigma**2))
     terms = norm.logpdf(data.z, centres, np.sqrt(variance + sigma**2)).reshape(20, -1).sum(axis=1)
     exact = logsumexp(terms) - np.log(20)
-    assert float(density.log_likelihood(placed)) == pytest.approx(exact, rel=1e-9)
+    seen = jax.jit(lambda: density.log_likelihood(placed))()
+    assert float(seen) == pytest.approx(exact, rel=1e-9)
 
 
 def test_the_width_of_kernels_is_that_of_scipy():
@@ -133,9 +145,7 @@ def test_soize_kernels_keep_mean_and_variance_of_the_draws():
     data = experiment.data(experiment.nominal_measurement())
     for kernel, keeps in (("soize", True), ("silverman", False)):
         density = kde.KernelDensity(data, KEY, 400, kernel, None, True)
-        places = density._placements(experiment)
-        z = np.asarray(jax.vmap(lambda v: substitute(experiment, v).predict())(places))
-        centres, variance = density._kernels(experiment, places)
+        z, centres, variance = kernels(density, experiment)
         smoothed = np.var(centres, axis=0) + variance
         np.testing.assert_allclose(np.mean(centres, axis=0), np.mean(z, axis=0))
         assert np.allclose(smoothed, np.var(z, axis=0, ddof=1) * 399 / 400, rtol=1e-2) is keeps or (
@@ -148,12 +158,12 @@ def test_a_kernel_estimate_is_a_density_in_one_dimension():
     grid = np.linspace(-6.0, 0.0, 4001)
     template = experiment.data(experiment.nominal_measurement())
     density = kde.KernelDensity(template, KEY, 300, "soize", None, True)
-    places = density._placements(experiment)
-    centres, variance = density._kernels(experiment, places)
+    _, centres, variance = kernels(density, experiment)
     values = norm.pdf(grid[:, None], np.ravel(centres), np.sqrt(np.ravel(variance))).mean(axis=1)
     assert np.trapezoid(values, grid) == pytest.approx(1.0, abs=1e-6)
     at_data = norm.pdf(float(template.z[0, 0, 0]), np.ravel(centres), np.sqrt(np.ravel(variance)))
-    assert float(density.log_likelihood(experiment)) == pytest.approx(np.log(at_data.mean()))
+    seen = jax.jit(lambda: density.log_likelihood(experiment))()
+    assert float(seen) == pytest.approx(np.log(at_data.mean()))
 
 
 def test_common_draws_make_the_likelihood_smooth_and_fresh_draws_do_not():
@@ -199,6 +209,7 @@ def test_correlated_noise_can_be_integrated_over_placement():
     assert nested == pytest.approx(brute_force(experiment, data, 24), abs=2e-3)
 
 
+@pytest.mark.long
 def test_a_sensor_may_have_a_noise_level_of_its_own():
     levels = np.array([0.1, 0.3]).reshape(2, 1, 1)
     experiment = two_sensors(bp.noise.Gaussian(levels))
@@ -207,6 +218,7 @@ def test_a_sensor_may_have_a_noise_level_of_its_own():
     assert nested == pytest.approx(brute_force(experiment, data, 24), abs=2e-3)
 
 
+@pytest.mark.long
 def test_too_few_nodes_are_said():
     experiment = bar.placed(0.25, 0.30, bp.noise.Gaussian(0.003))
     measurement = experiment.nominal_measurement()
@@ -216,6 +228,7 @@ def test_too_few_nodes_are_said():
     assert any("over the placement is not resolved" in str(warning.message) for warning in raised)
 
 
+@pytest.mark.long
 def test_kernels_wider_than_the_noise_are_said():
     experiment = bar.placed(0.25, 0.30, bp.noise.Gaussian(0.003))
     measurement = experiment.nominal_measurement()

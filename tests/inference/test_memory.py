@@ -61,6 +61,7 @@ def test_batches_change_no_values(batch):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_engines_keep_to_the_memory(monkeypatch):
     engine = bp.engines.SMC(particles=80, populations=2, moves=3)
     results = []

@@ -198,6 +198,7 @@ def test_damage_is_told(tmp_path_factory, changes):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 @settings(max_examples=LONG, **QUIET)
 @given(changes=CHANGES)
 def test_much_damage_is_told(tmp_path_factory, changes):

@@ -27,9 +27,13 @@ def example(name):
     return folder / name
 
 
+@pytest.fixture(scope="module")
+def system():
+    return ansys.read_matrices(example("file.full"))
+
+
 @needs_ansys
-def test_the_example_of_the_package_has_its_documented_frequencies():
-    system = ansys.read_matrices(example("file.full"))
+def test_the_example_of_the_package_has_its_documented_frequencies(system):
     frequencies = lowest_frequencies(system, 4)
     np.testing.assert_allclose(frequencies, DOCUMENTED, rtol=1e-6)
     assert system.dof.shape == (900, 2)
@@ -37,8 +41,7 @@ def test_the_example_of_the_package_has_its_documented_frequencies():
 
 
 @needs_ansys
-def test_units_scale_the_matrices():
-    system = ansys.read_matrices(example("file.full"))
+def test_units_scale_the_matrices(system):
     scaled = ansys.read_matrices(example("file.full"), length_unit=1e-3, mass_unit=1e3)
     np.testing.assert_allclose(scaled.mass.sum(), 1e3 * system.mass.sum())
     np.testing.assert_allclose(
@@ -54,7 +57,7 @@ def test_results_of_another_analysis_are_refused():
 
 
 @needs_ansys
-@pytest.mark.parametrize("size", [100, 5000, 100_000, 600_000])
+@pytest.mark.parametrize("size", [100, 600_000])
 def test_a_file_that_ends_too_early_is_refused(tmp_path, size):
     (tmp_path / "cut.full").write_bytes(example("file.full").read_bytes()[:size])
     with pytest.raises(ValueError, match=r"cut\.full"):

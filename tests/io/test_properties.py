@@ -551,7 +551,9 @@ def test_damage_of_a_mesh_is_told(readers, tmp_path_factory, name, changes):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", FAST)
+@pytest.mark.parametrize(
+    "name", ["uff", *(pytest.param(name, marks=pytest.mark.longest) for name in FAST[1:])]
+)
 @settings(max_examples=LONG, **QUIET)
 @given(changes=CHANGES)
 def test_much_damage_is_told(readers, tmp_path_factory, name, changes):
@@ -559,6 +561,7 @@ def test_much_damage_is_told(readers, tmp_path_factory, name, changes):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 @settings(max_examples=30, **QUIET)
 @given(changes=CHANGES)
 def test_much_damage_of_a_mesh_is_told(readers, tmp_path_factory, changes):

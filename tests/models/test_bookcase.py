@@ -30,6 +30,7 @@ def test_at_low_frequency_the_frame_moves_as_one_mass():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_the_wrong_instrument_is_named_first_and_with_strong_evidence(shared_data):
     folder = shared_data / "measured/bookcase"
     measurement = bookcase.read(folder).thinned(80)

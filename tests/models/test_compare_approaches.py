@@ -15,6 +15,7 @@ def outcome():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_both_approaches_see_the_very_same_data(outcome):
     trees = [result for results in outcome.results.values() for result in results.values()]
     assert len(trees) == 4
@@ -25,6 +26,7 @@ def test_both_approaches_see_the_very_same_data(outcome):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_the_table_has_a_row_for_each_approach(outcome):
     rows = study.table(outcome, study.WITH)
     assert list(rows.index) == [study.KDE, study.LATENT]
@@ -36,6 +38,7 @@ def test_the_table_has_a_row_for_each_approach(outcome):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_a_hidden_effect_biases_and_adding_it_corrects(outcome):
     true = outcome.scenes[study.WITH].truth[study.STIFFNESS]
     means = {
@@ -47,6 +50,7 @@ def test_a_hidden_effect_biases_and_adding_it_corrects(outcome):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_the_sentences_say_what_follows(outcome):
     sentences = study.sentences(outcome)
     for beginning in (
@@ -62,6 +66,7 @@ def test_the_sentences_say_what_follows(outcome):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_the_command_writes_tables_words_and_a_figure(outcome, tmp_path, monkeypatch, capsys):
     asked = []
     monkeypatch.setattr(study, "study", lambda *arguments: asked.append(arguments) or outcome)
@@ -74,6 +79,7 @@ def test_the_command_writes_tables_words_and_a_figure(outcome, tmp_path, monkeyp
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_the_figure_names_parameter_unit_and_approaches(outcome):
     for axis, name in zip(study.figure(outcome).axes, outcome.results, strict=True):
         assert axis.get_title() == name
@@ -95,6 +101,7 @@ def test_quadrature_joins_where_parameters_are_few():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_all_draws_in_one_place_are_drawn_as_a_line(outcome):
     axis = study.figure(outcome).axes[0]
     before = len(axis.lines)

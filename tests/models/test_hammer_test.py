@@ -173,6 +173,7 @@ KINDS = ["point_mass", "ground_spring", "compliant_support", "gain_error", "expo
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_nothing_is_missing_where_nothing_is(plain):
     measurement = estimated(plain, 2).measurement
     setup = experiment(measurement.thinned(80).frequency)

@@ -54,6 +54,7 @@ def beam_result(request):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_six_resonances_of_the_measured_beam(beam_result):
     stiffness = beam_result["posterior"]["structure.modes.youngs_modulus"].values
     beam = free_free_beam.beam.modes
@@ -63,6 +64,7 @@ def test_six_resonances_of_the_measured_beam(beam_result):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_positions_on_the_measured_beam(beam_result):
     draws = beam_result["posterior"].to_dataset()
     response = draws["sensor.1.position"]
@@ -78,6 +80,7 @@ def test_positions_on_the_measured_beam(beam_result):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_the_recorded_driving_point_of_the_measured_beam_is_wrong(beam_result):
     # The file records function 1 as read and driven at one point; the posterior has the two at
     # opposite ends of the beam.
@@ -87,6 +90,7 @@ def test_the_recorded_driving_point_of_the_measured_beam_is_wrong(beam_result):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_shapes_of_the_measured_beam_differ_by_some_percent(
     beam_result,
 ):

@@ -99,6 +99,7 @@ def test_the_study_says_which_data_it_needs(monkeypatch):
         bp.io.model.read(MODEL)
 
 
+@pytest.mark.long
 def test_the_command_line_finds_the_study_by_the_folder(plane, monkeypatch, request):
     folder = request.getfixturevalue("shared_data") / "measured/plane"
     monkeypatch.setenv(study.FOLDER, str(folder))
@@ -132,6 +133,7 @@ def test_the_signs_are_unanimous_and_follow_the_data(plane):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_no_other_sign_has_any_probability(plane, measurement, means):
     experiment = study.below(plane).fix({name: jnp.asarray(v) for name, v in means.items()})
     data = experiment.data(measurement)
@@ -146,6 +148,7 @@ def test_no_other_sign_has_any_probability(plane, measurement, means):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_natural_frequencies_and_damping(means, identified):
     frequency, ratio, _ = identified
     inferred_frequency = means["structure.modes.frequency"]
@@ -156,6 +159,7 @@ def test_natural_frequencies_and_damping(means, identified):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_modal_masses_are_those_of_one_structure(plane, posterior):
     # Relative to an even distribution of the total mass, within the ratio of two plate thicknesses.
     # The total mass itself is not well identified: it matters at a few lines between resonances.
@@ -178,6 +182,7 @@ def places(means):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_positions_of_the_accelerometers(means):
     inferred_places = places(means)
     assert inferred_places["wing"][0] > 0.63  # near the tip at 0.75 m
@@ -187,6 +192,7 @@ def test_positions_of_the_accelerometers(means):
 
 @pytest.mark.parametrize(("sensor", "name"), list(enumerate(study.AXES)))
 @pytest.mark.long
+@pytest.mark.longest
 def test_of_all_nodes_and_axes_those_found_explain_the_identified_residues(
     plane, means, identified, sensor, name
 ):
@@ -214,6 +220,7 @@ def rotated_shapes(plane, means, mass):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_little_is_left_near_modes_1_to_6(posterior, means):
     assert np.all(means["noise.ratio"][: study.PAIRED] < 0.1)
     assert means["model_error.shape.size"] < 0.05

@@ -1,5 +1,6 @@
 """Every figure function draws in the axes that it is given, and returns their figure."""
 
+import functools
 import inspect
 import re
 
@@ -53,6 +54,12 @@ PANELS = {
 }
 
 
+@functools.cache
+def figure_of(function):
+    given = ONE_PANEL[function]() if function in ONE_PANEL else PANELS[function][1]()
+    return function(*given, **NEEDED.get(function, {}))
+
+
 def name(function):
     return f"{function.__module__.rpartition('.')[2]}.{function.__name__}"
 
@@ -95,9 +102,7 @@ def test_too_many_axes_are_refused(function):
 
 @pytest.mark.parametrize("function", [*ONE_PANEL, *PANELS], ids=name)
 def test_a_figure_fits_a_page_and_its_letters_can_be_read(function):
-    given = ONE_PANEL[function]() if function in ONE_PANEL else PANELS[function][1]()
-    figure = function(*given, **NEEDED.get(function, {}))
-    svg = svg_of(figure)
+    svg = svg_of(figure_of(function))
     width = float(re.search(r'viewBox="0 0 ([\d.]+)', svg)[1])  # [pt]
     assert width <= 72 * 180 / 25.4 + 0.1
     sizes = [float(size) for size in re.findall(r"font-size: ?([\d.]+)px", svg)]
@@ -106,8 +111,7 @@ def test_a_figure_fits_a_page_and_its_letters_can_be_read(function):
 
 @pytest.mark.parametrize("function", [*ONE_PANEL, *PANELS], ids=name)
 def test_no_text_of_a_figure_covers_another(function):
-    given = ONE_PANEL[function]() if function in ONE_PANEL else PANELS[function][1]()
-    assert colliding(function(*given, **NEEDED.get(function, {}))) == ([], [])
+    assert colliding(figure_of(function)) == ([], [])
 
 
 @pytest.mark.parametrize("direction", [(1,), (1, 3), (1, 2, 3)])

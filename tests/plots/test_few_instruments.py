@@ -27,6 +27,8 @@ CASES = [
     for shape in ("line", *BOXES)
     for instruments in ("FRFs", "shapes", "frequencies")
 ]
+ALL_DIFFER = [("line", "FRFs"), ("upright", "shapes"), ("plane", "frequencies"), ("space", "FRFs")]
+FURTHER = [pytest.mark.long, pytest.mark.longest]
 
 
 def structure(shape):
@@ -99,7 +101,13 @@ def test_structures_and_maps_of_suspicion_are_drawn(shape, instruments):
     assert ("actuator" in named) == bool(made.actuator)
 
 
-@pytest.mark.parametrize(("shape", "instruments"), CASES)
+@pytest.mark.parametrize(
+    ("shape", "instruments"),
+    [
+        pytest.param(*case, marks=[] if case in ALL_DIFFER else FURTHER, id="-".join(case))
+        for case in CASES
+    ],
+)
 def test_reports_are_written_with_every_section(tmp_path, shape, instruments):
     made, measured = experiment(shape, instruments)
     about = {"command": "check", "verdict": "It fits.", "sentences": ["It fits."], "warnings": []}

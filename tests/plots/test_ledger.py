@@ -1,5 +1,6 @@
 """Figures of a ledger and of a ranking: values, units and legends."""
 
+import functools
 import io
 import itertools
 from dataclasses import replace
@@ -204,9 +205,14 @@ def test_the_error_that_falls_is_none_that_noise_or_model_error_take_up(change, 
     assert quantity in panel.get_ylabel()
 
 
+@functools.cache
+def figure_of(name):
+    return drawn(FIGURES[name]())
+
+
 @pytest.mark.parametrize("name", FIGURES)
 def test_every_axis_bears_a_name_and_a_unit(name):
-    for axis in drawn(FIGURES[name]()).axes:
+    for axis in figure_of(name).axes:
         assert axis.get_xlabel().endswith("]") or not axis.get_xlabel()
         assert axis.get_ylabel().endswith("]") or not axis.get_ylabel()
         assert axis.get_xlabel() or axis.get_ylabel()
@@ -215,7 +221,7 @@ def test_every_axis_bears_a_name_and_a_unit(name):
 
 @pytest.mark.parametrize("name", [name for name in FIGURES if "prob" not in name])
 def test_one_legend_stands_above_the_panels(name):
-    figure = drawn(FIGURES[name]())
+    figure = figure_of(name)
     (legend,) = figure.legends
     bottom = legend.get_window_extent().y0
     assert all(axis.get_tightbbox().y1 <= bottom for axis in figure.axes)

@@ -1,5 +1,7 @@
 """Figures of placements: values, units, and the marked optimum."""
 
+import functools
+
 import numpy as np
 import numpy.testing as npt
 import pandas as pd
@@ -108,9 +110,14 @@ def bars(figure):
     return [axis for axis in figure.axes if not axis.get_xlabel()]
 
 
+@functools.cache
+def figure_of(name):
+    return drawn(FIGURES[name]())
+
+
 @pytest.mark.parametrize("name", FIGURES)
 def test_every_axis_bears_a_name_and_a_unit(name):
-    figure = drawn(FIGURES[name]())
+    figure = figure_of(name)
     for axis in panels(figure):
         assert axis.get_xlabel().endswith(("[m]", "placements that were tried", "was tried"))
         assert axis.get_ylabel().endswith(("[m]", "[nat]"))
@@ -119,7 +126,7 @@ def test_every_axis_bears_a_name_and_a_unit(name):
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_each_entry_of_the_legend_stands_once_and_within_the_figure(name):
-    figure = drawn(FIGURES[name]())
+    figure = figure_of(name)
     entries = labels(figure)
     assert len(entries) == len(set(entries)) and "best" in entries
     box, frame = figure.legends[0].get_window_extent(), figure.bbox
@@ -128,7 +135,7 @@ def test_each_entry_of_the_legend_stands_once_and_within_the_figure(name):
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_nothing_lies_above_the_star(name):
-    for axis in panels(FIGURES[name]()):
+    for axis in panels(figure_of(name)):
         stars = [artist for artist in axis.lines if artist.get_label() == "best"]
         assert len(stars) == 1
         others = [artist for artist in [*axis.lines, *axis.collections] if artist is not stars[0]]

@@ -1,5 +1,6 @@
 """Figures of a posterior: values, units and legends."""
 
+import functools
 import io
 import itertools
 
@@ -137,9 +138,14 @@ FIGURES = {
 }
 
 
+@functools.cache
+def figure_of(name):
+    return drawn(FIGURES[name]())
+
+
 @pytest.mark.parametrize("name", FIGURES)
 def test_every_axis_bears_a_name_and_a_unit(name):
-    for axis in drawn(FIGURES[name]()).axes:
+    for axis in figure_of(name).axes:
         is_phase = axis.get_ylabel().startswith("phase")  # it belongs to the panel above
         has_unit_in_label = not axis.get_xlabel() and axis.get_ylabel().endswith(("[%]", "[mm]"))
         is_above = axis.get_ylabel().startswith("magnitude")  # the frequency stands below
@@ -149,7 +155,7 @@ def test_every_axis_bears_a_name_and_a_unit(name):
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_one_legend_stands_above_the_panels(name):
-    figure = drawn(FIGURES[name]())
+    figure = figure_of(name)
     (legend,) = figure.legends
     bottom = legend.get_window_extent().y0
     assert all(axis.get_tightbbox().y1 <= bottom for axis in figure.axes)
@@ -391,8 +397,9 @@ def many_places(owners, words=("position",)):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("count", [23, 61])
-@pytest.mark.parametrize("draw", [bp.plots.posterior.parameters, lambda t: methods({"one": t})])
+@pytest.mark.parametrize(
+    ("draw", "count"), [(bp.plots.posterior.parameters, 61), (lambda t: methods({"one": t}), 23)]
+)
 def test_densities_of_many_parameters_are_no_higher_than_a_page(draw, count):
     figure = drawn(draw(many_parameters(count)))
     assert len(figure.axes) == count and figure.get_figheight() <= 11.0
@@ -407,20 +414,27 @@ def test_places_of_many_sensors_are_no_higher_than_a_page():
 
 PAGES = {
     "intervals": (_marginal_panels.intervals, many_parameters(40), [18, 18, 4]),
-    "parameters": (_marginal_panels.parameters, many_parameters(61), [24, 24, 13]),
+    "parameters": (_marginal_panels.parameters, many_parameters(26), [24, 2]),
     "few parameters": (_marginal_panels.parameters, many_parameters(2), [2]),
     "placement": (_marginal_panels.placement, many_places(10), [8, 2]),
     "placement in space": (_marginal_panels.placement, many_places(5, "xyzabc"), [24, 6]),
     "methods": (
         lambda tree, truth: _marginal_panels.methods({"one": tree, "two": tree}, truth),
-        many_parameters(61),
-        [24, 24, 13],
+        many_parameters(26),
+        [24, 2],
     ),
 }
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", PAGES)
+@pytest.mark.parametrize(
+    "name",
+    ["intervals", "placement in space"]
+    + [
+        pytest.param(name, marks=pytest.mark.longest)
+        for name in ("parameters", "few parameters", "placement", "methods")
+    ],
+)
 def test_a_command_draws_many_unknowns_on_pages(name):
     draw, tree, counts = PAGES[name]
     pages = draw(tree, {})
@@ -538,8 +552,15 @@ OF_CHANNELS = {
 }
 
 
-@pytest.mark.parametrize(("sensors", "actuators", "columns"), [(9, 1, 3), (3, 3, 3), (4, 1, 2)])
-@pytest.mark.parametrize("name", OF_CHANNELS)
+@pytest.mark.parametrize(
+    ("name", "sensors", "actuators", "columns"),
+    [
+        ("response_band", 9, 1, 3),
+        ("response_band", 3, 3, 3),
+        ("measured_against_band", 4, 1, 2),
+        pytest.param("measured_against_band", 9, 1, 3, marks=pytest.mark.long),
+    ],
+)
 def test_one_figure_of_many_channels_is_no_higher_than_a_page(name, sensors, actuators, columns):
     draw, of, rows = OF_CHANNELS[name]
     figure = drawn(draw(of(sensors, actuators)))

@@ -217,6 +217,7 @@ def test_nodes_drawn_back_follow_their_share_of_the_likelihood():
     )
 
 
+@pytest.mark.long
 def test_nodes_are_inferred_and_stored():
     setup = experiment([at_nodes((5, 4, 2))], [{"at": DRIVEN}], noise=0.05)
     options = {"engine": bp.engines.Grid(nodes=16), "marginal": bp.marginals.Enumeration()}

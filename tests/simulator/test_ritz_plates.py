@@ -62,7 +62,7 @@ def test_square_plates_have_the_frequencies_of_leissas_tables(name, ends, sides,
     assert np.all(ratio > 1 - GREATEST_ERROR[name])
 
 
-@pytest.mark.parametrize("region", [0, 5, 11])
+@pytest.mark.parametrize("region", [5, *(pytest.param(r, marks=pytest.mark.long) for r in (0, 11))])
 def test_a_weak_patch_is_where_finite_elements_have_it(region):
     hidden = effect("local_stiffness_loss", region=region, loss=0.3)
     sides = np.linspace(0, PLATE.length, 25), np.linspace(0, PLATE.width, 25)

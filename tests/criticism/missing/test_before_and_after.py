@@ -57,6 +57,7 @@ def candidates():
     return effects.library(experiment(), ["point_mass", "gain_error", "time_delay"])
 
 
+@pytest.mark.long
 def test_nothing_is_built_on_a_baseline_that_is_not_explained(before, after, candidates):
     """An exact model explains neither state: single effects tell what is nearest."""
     ledger = improve(experiment(), after, baseline=before, candidates=candidates, model_error=None)
@@ -78,6 +79,7 @@ def test_a_mass_far_smaller_than_the_model_error_is_new(before, after, candidate
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_where_nothing_is_new_nothing_is_claimed(before, candidates):
     again = measured(imperfect(1), 4)
     ledger = improve(experiment(), again, baseline=before, candidates=candidates, most_effects=1)
@@ -116,6 +118,7 @@ def test_what_takes_long_is_fitted_where_nothing_else_explains_the_data(hidden, 
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_with_unknown_noise_the_same_mass_is_new(before, after):
     unknown = bp.noise.Relative(dist.LogUniform(1e-3, 0.3))
     noisy = eqx.tree_at(lambda tree: tree.noise, experiment(), unknown)
@@ -127,6 +130,7 @@ def test_with_unknown_noise_the_same_mass_is_new(before, after):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_explain_ranks_what_is_new(before, after, candidates):
     ranking = explain(experiment(), after, baseline=before, candidates=candidates)
     assert ranking.claimed == ("point_mass",)

@@ -48,7 +48,10 @@ def plain():
     return cantilever.measured()
 
 
-@pytest.mark.parametrize(("low", "high"), [(0.7, 1 / 1.1), (1 / 0.9, 1.4)])
+@pytest.mark.parametrize(
+    ("low", "high"),
+    [(0.7, 1 / 1.1), pytest.param(1 / 0.9, 1.4, marks=[pytest.mark.long, pytest.mark.longest])],
+)
 def test_youngs_modulus_beyond_either_end_is_named_with_its_value(plain, low, high):
     end, verb = (high, "ends") if high < 1 else (low, "begins")
     ledger = improved(low * TRUE, high * TRUE, plain)
@@ -69,11 +72,13 @@ def test_where_the_prior_is_right_nothing_is_claimed(plain):
     assert ledger.verdict == () and ledger.probabilities["beyond_prior"] < 0.01
 
 
+@pytest.mark.long
 def test_a_mass_that_lowers_all_lines_is_still_the_mass():
     ledger = improved(0.94 * TRUE, 1.06 * TRUE, cantilever.measured(lambda w: -0.05 * w**2))
     assert ledger.verdict == ("point_mass",)
 
 
+@pytest.mark.long
 def test_explain_says_it_in_the_same_words(plain):
     given = with_priors(
         cantilever.experiment(), youngs_modulus=dist.Uniform(0.7 * TRUE, 0.9 * TRUE)
@@ -85,6 +90,7 @@ def test_explain_says_it_in_the_same_words(plain):
     assert ranking.suspicion["p_value"].min() < 1e-6
 
 
+@pytest.mark.long
 def test_numbers_that_the_data_see_as_a_product_are_told_as_confounded(plain):
     """Bending sees the product of Young's modulus and second moment alone."""
     given = with_priors(
@@ -101,6 +107,7 @@ def test_numbers_that_the_data_see_as_a_product_are_told_as_confounded(plain):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_of_frequencies_and_scaled_shapes_stiffness_and_density_are_not_told_apart():
     places = [0.13, 0.31, 0.44, 0.78]
     modes = modal_bars.measured(places, 5, noise=np.random.default_rng(1), ratio=0.01)

@@ -38,7 +38,11 @@ def candidates():
     }
 
 
-@pytest.mark.parametrize("acts_on", candidates())
+@pytest.mark.parametrize(
+    "acts_on",
+    ["displacement", "relative", "channel"]
+    + [pytest.param(word, marks=pytest.mark.long) for word in ("cut", "region")],
+)
 def test_an_entry_says_where_and_by_which_law(null, acts_on):
     effect = candidates()[acts_on]
     (fitted,) = extended([[(null, effect)]], lambda: None)

@@ -120,12 +120,12 @@ def as_given():
     [
         permuted,
         in_other_units,
-        in_millimetres,
         mirrored,
-        from_the_other_end,
-        merged,
         with_fewer_lines,
-        with_a_noisy_channel,
+        *(
+            pytest.param(further, marks=pytest.mark.longest)
+            for further in (in_millimetres, from_the_other_end, merged, with_a_noisy_channel)
+        ),
     ],
 )
 def test_another_description_has_the_same_answer(description, as_given):

@@ -20,6 +20,7 @@ KINDS = [
     "swapped_actuators",
     "frequency_drift",
 ]
+FURTHER = [pytest.mark.long, pytest.mark.longest]
 
 
 def experiment():
@@ -56,35 +57,40 @@ def measured(hidden):
 @pytest.mark.parametrize(
     ("hidden", "words"),
     [
-        (effects.reversed_channel("h3"), "reversed_channel, actuator h3 (prob"),
-        (
+        pytest.param(
+            effects.reversed_channel("h3"),
+            "reversed_channel, actuator h3 (prob",
+            marks=FURTHER,
+        ),
+        pytest.param(
             effects.gain_error("h2", 8.81),
             "gain_error, actuator h2, 880.7 %, a factor of 9.81, as of m/s² for g (prob",
+            marks=pytest.mark.long,
         ),
         pytest.param(
             effects.gain_error("h4", 999.0),
             "a factor of 1000,",
-            marks=pytest.mark.long,
+            marks=FURTHER,
         ),
         pytest.param(
             effects.channel_delay("h1", 1e-4),
             "channel_delay, actuator h1",
-            marks=pytest.mark.long,
+            marks=FURTHER,
         ),
         pytest.param(
             effects.misplaced_actuator("h2", 0.06),
             "misplaced_actuator, actuator h2",
-            marks=pytest.mark.long,
+            marks=FURTHER,
         ),
         pytest.param(
             effects.swapped_actuators("h1", "h4"),
             "swapped_actuators, actuators h1 and h4",
-            marks=pytest.mark.long,
+            marks=FURTHER,
         ),
         pytest.param(
             effects.frequency_drift("h4", -0.008),
             "frequency_drift, actuator h4",
-            marks=pytest.mark.long,
+            marks=FURTHER,
         ),
     ],
     ids=lambda value: getattr(value, "name", ""),

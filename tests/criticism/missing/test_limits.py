@@ -92,6 +92,7 @@ def test_a_model_without_any_unknown_is_searched_as_any_other():
     assert late.verdict == ("time_delay",)
 
 
+@pytest.mark.long
 def test_a_second_effect_of_one_kind_is_numbered():
     light = effects.point_mass(0.8, dist.Uniform(0.05, 0.15))
     known = experiment(effect=light)

@@ -71,6 +71,7 @@ def test_a_network_that_is_new_is_named_and_stays_what_it_is():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_no_network_is_new_where_both_states_are_alike():
     settings = {"baseline": measured(seed=1), "candidates": library()}
     ledger = bp.improve(experiment(), measured(seed=2), **settings)
@@ -146,6 +147,7 @@ def test_a_network_of_the_library_is_told_as_its_effect():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_a_network_is_told_as_such_where_its_effect_is_not_tried():
     data = experiment().data(measured(lambda w: -0.08 * w**2))
     null = null_hypothesis(experiment(), data)
@@ -179,6 +181,7 @@ def test_beside_a_second_effect_a_network_gives_way_to_a_part_of_it():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_beside_a_network_a_listed_effect_gives_way_to_a_simpler_one():
     """An absorber that came first is no more than a mass once the mount is known."""
     setup = experiment()
@@ -202,6 +205,7 @@ def test_beside_a_network_a_listed_effect_gives_way_to_a_simpler_one():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_beside_a_second_effect_a_listed_spring_gives_way_to_one_with_a_loss():
     setup = experiment()
     others = [(0.45, lambda w: 4j * w)]

@@ -45,14 +45,19 @@ def searched(*hidden, error=0.0):
 
 
 @pytest.mark.long
-def test_a_single_wrong_datum_is_no_absorber_but_named(monkeypatch, error=0.3):
-    ledger = searched(error=error)
+def test_a_single_wrong_datum_is_no_absorber_but_named():
+    ledger = searched(error=0.3)
     assert ledger.verdict == ()
     (sentence,) = [words for words in ledger.words() if "outliers" in words]
     assert "s1+x at 257.1 Hz, driven at a1+x. Look" in sentence
-    monkeypatch.setattr(_outliers, "OUTLIERS", 1e-300)  # none is possible
+
+
+@pytest.mark.long
+@pytest.mark.longest
+def test_where_no_outlier_is_possible_a_single_wrong_datum_is_an_absorber(monkeypatch):
+    monkeypatch.setattr(_outliers, "OUTLIERS", 1e-300)
     _shared_fits._LAST.clear()
-    assert searched(error=error).verdict == ("tuned_absorber",)
+    assert searched(error=0.3).verdict == ("tuned_absorber",)
 
 
 def test_an_absorber_that_shows_in_a_few_lines_is_named():

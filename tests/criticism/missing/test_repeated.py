@@ -255,6 +255,7 @@ def ledger():
     return improve(experiment(), measured(MASS, OTHER, seed=2), candidates=candidates)
 
 
+@pytest.mark.long
 def test_the_ledger_names_both_masses_and_their_places(ledger):
     assert ledger.verdict == ("point_mass", "point_mass")
     assert [step.added for step in ledger.steps] == [None, "point_mass", "point_mass_2"]
@@ -267,6 +268,7 @@ def test_the_ledger_names_both_masses_and_their_places(ledger):
     assert ledger.compared["effects"].tolist() == ["point_mass + point_mass", "point_mass", "none"]
 
 
+@pytest.mark.long
 def test_both_masses_are_marked_on_the_map_of_suspicion(ledger):
     strips = plots.ledger.suspicion(ledger).axes[0]
     (stars,) = [line for line in strips.lines if line.get_label() == "place as fitted"]
@@ -335,6 +337,7 @@ def test_an_effect_is_compared_with_the_nearest_of_its_kind_alone(found, monkeyp
     assert places_of(renamed_earlier.hypothesis) == places_of(swapped)
 
 
+@pytest.mark.long
 def test_in_words_one_of_two_is_not_both(ledger):
     doubted = dataclasses.replace(ledger, confounded=(("point_mass", "gain_error"),))
     assert any("one point_mass of 2 from gain_error" in line for line in doubted.words())

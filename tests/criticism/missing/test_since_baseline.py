@@ -25,7 +25,9 @@ def before():
     return measured(FORGOTTEN, seed=1)
 
 
-@pytest.mark.parametrize("hidden", [SPRING, MASS])
+@pytest.mark.parametrize(
+    "hidden", [SPRING, pytest.param(MASS, marks=[pytest.mark.long, pytest.mark.longest])]
+)
 def test_what_is_new_is_found_beside_what_was_forgotten(before, hidden):
     ledger = improved(measured(FORGOTTEN, hidden, seed=2), before)
     assert ledger.verdict == (hidden.kind,)
@@ -40,11 +42,13 @@ def test_what_is_new_is_found_beside_what_was_forgotten(before, hidden):
     assert ledger.to_json()["baseline"]["added"] == "point_mass"
 
 
+@pytest.mark.long
 def test_nothing_is_new_where_nothing_came(before):
     ledger = improved(measured(FORGOTTEN, seed=3), before)
     assert ledger.verdict == () and ledger.baseline.effects == ("point_mass",)
 
 
+@pytest.mark.long
 def test_a_spring_that_was_forgotten_has_a_loss():
     """As real ones do: a spring without one leaves the baseline unexplained."""
     rubber = effects.attached(0.62, effects.LossySpring(8e6, 0.12))
@@ -62,6 +66,7 @@ def test_a_model_error_stays_beside_what_completes(before):
     assert ledger.verdict == ("ground_spring",)
 
 
+@pytest.mark.long
 def test_explain_completes_by_one_effect(before):
     candidates = effects.library(experiment(), ["point_mass", "ground_spring"])
     ranking = bp.explain(
@@ -75,6 +80,7 @@ def test_explain_completes_by_one_effect(before):
     assert any("was completed by" in sentence for sentence in ranking.words())
 
 
+@pytest.mark.long
 def test_nothing_is_claimed_where_no_effect_explains_the_baseline():
     """A gain cannot stand for a mass."""
     candidates = effects.library(experiment(), ["gain_error"])

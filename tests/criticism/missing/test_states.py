@@ -38,6 +38,7 @@ def ledger():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_a_growing_mass_is_one_effect_of_the_right_size_in_each_state(ledger):
     (course,) = ledger.courses
     assert course.kind == "point_mass"
@@ -48,6 +49,7 @@ def test_a_growing_mass_is_one_effect_of_the_right_size_in_each_state(ledger):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_only_what_has_changed_is_new(ledger):
     assert ledger.new == {label: () if label == "again" else ("point_mass",) for label in MASSES}
     changes = [state.change for state in ledger.courses[0].in_state.values()]
@@ -55,6 +57,7 @@ def test_only_what_has_changed_is_new(ledger):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_the_ledger_of_states_prints_one_line_with_all_sizes(ledger):
     table = ledger.table()
     assert [*table.columns] == [*MASSES]
@@ -68,6 +71,7 @@ def test_the_ledger_of_states_prints_one_line_with_all_sizes(ledger):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_the_ledger_of_states_is_written(ledger, tmp_path):
     ledger.write(tmp_path / "states.json")
     content = json.loads((tmp_path / "states.json").read_text())
@@ -80,6 +84,7 @@ def test_the_ledger_of_states_is_written(ledger, tmp_path):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_a_change_is_seen_that_two_sizes_alone_would_not_tell(ledger):
     """The error of the model at the mass is the same in both states, so that it cancels."""
     earlier, later = (ledger.courses[0].in_state[label] for label in ("20 nuts", "21 nuts"))
@@ -178,6 +183,7 @@ def test_another_candidate_is_another_effect():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_residuals_of_several_states_are_those_of_each(ledger):
     """With values of its own for some unknowns of a state, and the errors among those of a size."""
     first, last = (

@@ -36,6 +36,7 @@ def by_chance():
     return [scored(candidate, measured(seed=seed)) for seed in SEEDS]
 
 
+@pytest.mark.long
 def test_scores_of_components_are_those_of_chance_where_nothing_is_missing(by_chance):
     """Of 40 seeds: Kolmogorov's distance is 0.30, and the mean off by 0.15, once in 1000 times."""
     assert all(len(rows) == 2 for rows in by_chance)

@@ -42,6 +42,11 @@ def searched(candidates, **settings):
     return bp.improve(*asked, candidates=candidates, most_effects=1, **settings)
 
 
+@pytest.fixture(scope="module")
+def beside_errors(delays):
+    return searched(delays)
+
+
 def explained(candidates, **settings):
     return bp.explain(experiment(), measured(MASS, seed=4), candidates=candidates, **settings)
 
@@ -55,9 +60,9 @@ def test_a_model_that_fails_says_so_first_then_what_was_nearest_and_where(delays
     assert re.match(rf"{FAILS} \(probability 1\)\. {nearest} {WHERE}", ranking.words()[0])
 
 
-def test_where_a_model_error_explains_all_the_exact_model_fails_first(delays):
+def test_where_a_model_error_explains_all_the_exact_model_fails_first(delays, beside_errors):
     exact = r"The exact model fails \(reduced chi-square \d+\)\."
-    sentence = searched(delays).sentence()
+    sentence = beside_errors.sentence()
     assert re.match(rf"{exact} {WHERE} Nothing is claimed to be missing: a model error", sentence)
     nearest = rf"Nearest was {NEAR}\. Without model error the reduced chi-square falls from \d+ to"
     assert re.search(nearest, sentence)
@@ -65,6 +70,7 @@ def test_where_a_model_error_explains_all_the_exact_model_fails_first(delays):
     assert re.match(rf"{exact} {WHERE} No effect is clearly missing\.", said)
 
 
+@pytest.mark.long
 def test_reach_is_told_before_what_was_nearest(delays):
     ledger = searched(dataclasses.replace(delays, networks=True), model_error=None)
     nothing = dataclasses.replace(ledger, verdict=(), unexplained=True, steps=ledger.steps[:1])
@@ -214,11 +220,10 @@ def test_a_table_that_is_too_wide_stands_in_blocks_of_whole_columns():
     assert text.count("point_mass") == 3  # a row in each block, and its parameters
 
 
-def test_what_takes_away_nothing_that_can_be_read_is_not_near(delays):
-    ledger = searched(delays)
-    step = ledger.steps[0]
+def test_what_takes_away_nothing_that_can_be_read_is_not_near(beside_errors):
+    step = beside_errors.steps[0]
     barely = dataclasses.replace(step, chi2_when_exact=step.chi2_when_exact * 0.9999)
-    assert not _near(step, barely) and "Nearest was" in ledger.sentence()
+    assert not _near(step, barely) and "Nearest was" in beside_errors.sentence()
 
 
 def _sizes(step, **sizes):
@@ -232,8 +237,8 @@ def _sizes(step, **sizes):
     return sizes_in_words(dataclasses.replace(step, model_error=found, errors=errors))
 
 
-def test_errors_of_one_kind_alone_become_a_part_of_the_model(delays):
-    step = searched(delays).steps[0]
+def test_errors_of_one_kind_alone_become_a_part_of_the_model(beside_errors):
+    step = beside_errors.steps[0]
     assert _sizes(step) == "The model hardly needs to err."
     alone = _sizes(step, damping=0.4)
     assert alone.startswith("The model needs to err: damping by 40 %, hardly in anything else. ")

@@ -129,7 +129,14 @@ def deviations(kind):
     return np.array(rows)
 
 
-@pytest.mark.parametrize("kind", HIDDEN)
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "displacement",
+        pytest.param("cut", marks=pytest.mark.long),
+        pytest.param("rotation", marks=[pytest.mark.long, pytest.mark.longest]),
+    ],
+)
 def test_the_interval_at_a_line_holds_the_law_at_95_percent_of_lines(kind):
     inside = np.abs(deviations(kind)) < 1.96
     # Lines share the unknowns, replicates share nothing.

@@ -91,6 +91,7 @@ def test_a_law_by_modes_is_that_of_the_problem(reached):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_reach_of_a_scanned_mesh_finds_the_node_and_the_law(monkeypatch):
     whole = aircraft.skin(NODES, 20)
     setup, rows = aircraft.experiment(whole, 9, 2, np.linspace(4.0, 60.0, 60))

@@ -58,6 +58,9 @@ RECORDS = {
         "gain",
     ),
 }
+MASS, FORCE = (
+    pytest.param(name, marks=[pytest.mark.long, pytest.mark.longest]) for name in ("mass", "force")
+)
 
 
 @functools.cache
@@ -90,7 +93,7 @@ def points_of(problem):
     return 0.3 * np.random.default_rng(0).standard_normal((2, problem.dimension))
 
 
-@pytest.mark.parametrize("name", RECORDS)
+@pytest.mark.parametrize("name", ["all", "one", MASS, FORCE])
 def test_what_acts_has_the_greatest_odds(name):
     found = reached(name)
     _, acts_on, setting, tree = RECORDS[name]
@@ -103,8 +106,9 @@ def test_what_acts_has_the_greatest_odds(name):
     assert found.kinds()["probability"].sum() == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize(("name", "true"), [("all", LOW_PASS), ("one", LATE), ("force", 1.3)])
-def test_the_factor_as_measured_is_that_which_acts(name, true):
+@pytest.mark.parametrize("name", ["all", "one", FORCE])
+def test_the_factor_as_measured_is_that_which_acts(name):
+    true = {"all": LOW_PASS, "one": LATE, "force": 1.3}[name]
     found = reached(name)
     table = found.law_as_measured()
     assert set(table["unit"]) == {"1"}
@@ -200,6 +204,8 @@ def test_that_nothing_is_missing_is_all_that_is_told():
     assert sentence == "Nothing is seen to be missing: the model reaches the noise without it."
 
 
+@pytest.mark.long
+@pytest.mark.longest
 def test_channels_become_no_networks():
     setup = experiment()
     null = null_hypothesis(setup, setup.data(measured(factor=LOW_PASS)))
@@ -324,10 +330,10 @@ def test_figures_have_bars_for_channels_and_the_factor():
     assert np.allclose(law.get_ydata(), np.degrees(np.angle(LATE)), atol=1.0)
 
 
-@pytest.mark.parametrize(("name", "is_written"), [("one", False), ("mass", True)])
-def test_a_factor_is_no_universal_file_of_a_law(name, is_written):
+@pytest.mark.parametrize("name", ["one", MASS])
+def test_a_factor_is_no_universal_file_of_a_law(name):
     ledger = Mock(spec=Ledger, reach=reached(name), port=None)
     run = Mock(spec=Run)
     write_reach(ledger, run)
-    assert run.law.called == is_written
+    assert run.law.called == (name == "mass")
     assert [call.args[0] for call in run.table.call_args_list] == ["reach.csv", "law.csv"]

@@ -34,7 +34,7 @@ def reached(law, slope):
 
 HIDDEN = [
     (maxwell, False, "displacement", ["-", "c", "k"]),
-    (spring_on_slope, True, "rotation", "k"),
+    pytest.param(spring_on_slope, True, "rotation", "k", marks=pytest.mark.long),
 ]
 
 

@@ -93,6 +93,7 @@ def test_place_and_law_of_what_is_new_come_out():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_where_nothing_is_new_that_is_all_that_is_said():
     (sentence,) = reached(None).words()
     assert sentence.startswith("Nothing is seen to be new since the baseline")

@@ -181,7 +181,13 @@ def information_of_two(distance):
     return 0.5 * sum(np.trapezoid(term, x) for term in terms)
 
 
-@pytest.mark.parametrize("rivals", NETWORKS)
+@pytest.mark.parametrize(
+    "rivals",
+    [
+        pytest.param("another place", marks=pytest.mark.long),
+        pytest.param("another law", marks=[pytest.mark.long, pytest.mark.longest]),
+    ],
+)
 def test_networks_are_told_apart_as_two_normal_distributions_are(rivals):
     one, other = NETWORKS[rivals]
     apart = np.array([abs(mobility_at(*one, at) - mobility_at(*other, at)) for at in PLACES])
@@ -211,7 +217,10 @@ def test_what_stays_mounted_is_known_by_the_measurement():
 
 @pytest.mark.parametrize(
     "estimator",
-    [information.KernelGain(draws=64, placement_draws=64), information.Exact(draws=64, nodes=8)],
+    [
+        information.KernelGain(draws=64, placement_draws=64),
+        pytest.param(information.Exact(draws=64, nodes=8), marks=pytest.mark.long),
+    ],
 )
 def test_each_estimator_goes_on_from_a_posterior(estimator):
     """Nothing is left to be learnt of what is known, and the nominal values are its means."""

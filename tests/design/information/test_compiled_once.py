@@ -81,7 +81,11 @@ ESTIMATES = {
 }
 
 
-@pytest.mark.parametrize("name", ESTIMATES)
+def long(*names, further=()):
+    return [pytest.param(name, marks=[pytest.mark.long, *further]) for name in names]
+
+
+@pytest.mark.parametrize("name", ["KDE", *long("Exact", "ExpectedGain", "Separation")])
 def test_other_numbers_and_another_key_compile_nothing(name, compilations):
     experiment, estimator = ESTIMATES[name]
 
@@ -99,8 +103,11 @@ def test_other_numbers_and_another_key_compile_nothing(name, compilations):
     assert not compilations
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("name", ESTIMATES)
+@pytest.mark.parametrize(
+    "name",
+    long("KDE", "Separation")
+    + long("KDE where modes are known", "Exact", "ExpectedGain", further=[pytest.mark.longest]),
+)
 def test_inputs_of_what_is_compiled_keep_their_order(name):
     """The estimate of one cell beside the same where all numbers are constants."""
     experiment, estimator = (of(0.02) for of in ESTIMATES[name])

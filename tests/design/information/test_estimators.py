@@ -21,6 +21,8 @@ SMALL_ERROR = 0.02
 RATIOS = ("structure.damping.ratio.1", "structure.damping.ratio.2")
 TABLE = {(kernel, ratios, places): kl for kernel, ratios, places, kl, *_ in KDE_TABLE}
 
+FURTHER = [pytest.mark.long, pytest.mark.longest]
+
 
 def estimated(estimator, experiment, seed=0, **nominal):
     plan = estimator.plan(experiment, seed)
@@ -32,11 +34,11 @@ def estimated(estimator, experiment, seed=0, **nominal):
 @pytest.mark.parametrize(
     ("kernel", "ratios", "places", "points"),
     [
-        ("soize", BOTH, P2, "sobol"),
         ("soize", BOTH, P1, "plain"),
-        ("soize", BOTH, P4, "sobol"),
-        ("soize", FIRST, P1, "sobol"),
         ("silverman", SECOND, P2, "sobol"),
+        pytest.param("soize", BOTH, P2, "sobol", marks=pytest.mark.long),
+        pytest.param("soize", BOTH, P4, "sobol", marks=FURTHER),
+        pytest.param("soize", FIRST, P1, "sobol", marks=FURTHER),
     ],
 )
 def test_kde_has_the_numbers_of_the_paper(kernel, ratios, places, points):
@@ -78,7 +80,9 @@ def test_products_serve_all_force_levels_of_a_linear_structure():
     assert by_products == pytest.approx(by_responses, rel=1e-4)
 
 
-@pytest.mark.parametrize("row", [EXACT_TABLE[0], EXACT_TABLE[1], EXACT_TABLE[5]])
+@pytest.mark.parametrize(
+    "row", [EXACT_TABLE[5], *(pytest.param(EXACT_TABLE[n], marks=FURTHER) for n in (0, 1))]
+)
 def test_exact_has_the_numbers_of_the_reference(row):
     sigma, places, expected = row
     experiment = bar.placed(*places, bp.noise.Gaussian(sigma))
@@ -106,6 +110,7 @@ def test_the_expected_gain_of_a_linear_experiment_is_the_closed_form(linear):
     assert abs(gain - closed_form()) < 3 * error
 
 
+@pytest.mark.long
 def test_its_bias_falls_like_one_over_the_draws(linear):
     sizes, biases, errors = [8, 16, 32], [], []
     for size in sizes:

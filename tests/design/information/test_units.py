@@ -55,6 +55,7 @@ def test_sobol_points_go_on_as_independent_draws():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_more_outputs_than_sobol_points_have_coordinates():
     """The lines beyond the first three tell nothing, so the gain is that of three."""
     forms = np.zeros((2, 10_700))  # two parts each

@@ -46,6 +46,7 @@ def test_a_scheduler_is_found_by_its_address(cluster, full_map):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_a_worker_that_is_killed_half_way_loses_nothing(cluster, full_map, tmp_path, monkeypatch):
     marker = tmp_path / "killed"
     monkeypatch.setattr(evaluation, "compute_packed", partial(small_maps.stop_once, marker))
@@ -74,7 +75,11 @@ def test_an_estimate_that_cannot_be_made_is_refused_by_its_own_words(cluster):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("whose", ["its own workers", "workers that live on"])
+@pytest.mark.longest
+@pytest.mark.parametrize(
+    "whose",
+    ["its own workers", "workers that live on"],
+)
 def test_a_run_that_is_killed_goes_on(whose, cluster, full_map, tmp_path, monkeypatch):
     client = cluster._client
     is_local = whose == "its own workers"

@@ -18,6 +18,7 @@ from tests.effects import models_in_space
 
 ANYWHERE = bp.positions.Segment(0.5, within=0.46)
 SMALL = information.KernelGain(draws=128, placement_draws=64)
+FURTHER = [pytest.mark.long, pytest.mark.longest]
 
 
 SHORT = design.Evolutionary(scattered=2, generations=3)
@@ -60,8 +61,7 @@ def test_the_narrow_high_hill_is_found_beside_the_broad_low_one(placement):
 
 
 @pytest.mark.long
-@pytest.mark.long
-@pytest.mark.parametrize("key", [1, 2])
+@pytest.mark.parametrize("key", [1, pytest.param(2, marks=pytest.mark.longest)])
 def test_it_is_found_with_any_seed(key):
     assert on_the_narrow_hill(two_places(key=key))
 
@@ -77,8 +77,8 @@ def test_it_is_the_best_of_a_fine_grid_by_fewer_trials(placement):
 @pytest.mark.parametrize(
     ("ratios", "best"),
     [
-        pytest.param((bar.PRIOR, 0.04), {0.5}, marks=pytest.mark.long),
-        ((bar.PRIOR, bar.PRIOR), {0.25, 0.75}),
+        pytest.param((bar.PRIOR, 0.04), {0.5}, marks=FURTHER),
+        pytest.param((bar.PRIOR, bar.PRIOR), {0.25, 0.75}, marks=pytest.mark.long),
     ],
     ids=["the first ratio", "both"],
 )

@@ -31,6 +31,7 @@ def test_it_ends_at_the_mode_of_many_starts(data, from_the_prior):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_sizes_of_errors_begin_where_they_were(case):  # noqa: F811
     experiment, measurement = case
     fit = fitted_as_given(experiment, measurement)

@@ -1,5 +1,7 @@
 """Every engine on posteriors in closed form, and its warnings where it fails."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -68,19 +70,29 @@ def weights(draws):
     return equal if draws.log_weight is None else np.exp(np.asarray(draws.log_weight))
 
 
-@pytest.mark.parametrize(
-    ("engine", "effective"),
-    [
-        (engines.Importance(draws=20_000), 400),
-        (engines.Grid(nodes=48), 1e8),
-        (engines.MAP(starts=4, draws=20_000), 20_000),
-        (engines.NUTS(warmup=300, draws=1000), 1000),
-        (engines.SMC(particles=2000), 1500),
-    ],
-    ids=lambda engine: type(engine).__name__,
-)
-def test_a_gaussian_posterior_is_found(engine, effective):
-    target, draws = run(engine)
+# And as how many independent draws theirs count at least.
+ENGINES = {
+    "importance": (engines.Importance(draws=20_000), 400),
+    "grid": (engines.Grid(nodes=48), 1e8),
+    "map": (engines.MAP(starts=4, draws=20_000), 20_000),
+    "nuts": (engines.NUTS(warmup=300, draws=1000), 1000),
+    "smc": (engines.SMC(particles=2000), 1500),
+}
+
+
+@functools.cache
+def gaussian(name):
+    """What an engine finds, and the shares of its work that it told."""
+    shares = []
+    target = UnconstrainedModel(linear_gaussian, PRIORS)
+    draws = ENGINES[name][0].run(target, jax.random.PRNGKey(0), shares.append)
+    return target, draws, shares
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_a_gaussian_posterior_is_found(name):
+    effective = ENGINES[name][1]
+    target, draws, _ = gaussian(name)
     weight, position = weights(draws)[..., None], values(target, draws)
     mean = np.sum(weight * position, axis=(0, 1))
     sd = np.sqrt(np.sum(weight * (position - mean) ** 2, axis=(0, 1)))
@@ -90,13 +102,9 @@ def test_a_gaussian_posterior_is_found(engine, effective):
     np.testing.assert_array_less(np.abs(sd / exact - 1), tolerance)
 
 
-@pytest.mark.parametrize(
-    ("engine", "error"),
-    [(engines.Grid(nodes=48), 1e-4), (engines.MAP(starts=4), 1e-6)],
-    ids=lambda engine: type(engine).__name__,
-)
-def test_an_exact_evidence_is_exact(engine, error):
-    assert abs(run(engine)[1].log_evidence - LOG_EVIDENCE) < error
+@pytest.mark.parametrize(("name", "error"), [("grid", 1e-4), ("map", 1e-6)])
+def test_an_exact_evidence_is_exact(name, error):
+    assert abs(gaussian(name)[1].log_evidence - LOG_EVIDENCE) < error
 
 
 @pytest.mark.parametrize(
@@ -164,6 +172,7 @@ def test_chains_on_their_way_from_far_off_are_not_at_rest():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_particles_of_smc_do_not_lag_behind_a_prior_that_is_far_wider():
     model, priors, _ = posterior("mesquite-logmesquite_logvas")
     target, draws = run(engines.SMC(particles=4000), model, priors)
@@ -177,20 +186,16 @@ def test_particles_of_smc_do_not_lag_behind_a_prior_that_is_far_wider():
     assert abs(np.mean(level) - mean) < 0.05 * deviation
 
 
-@pytest.mark.parametrize(
-    "engine",
-    [engines.Importance(draws=40), engines.NUTS(warmup=60, draws=40), engines.SMC(particles=80)],
-    ids=lambda engine: type(engine).__name__,
-)
-def test_each_draw_comes_with_its_log_likelihood(engine):
-    target, draws = run(engine)
-    expected = jax.vmap(jax.vmap(target.log_likelihood))(jnp.asarray(draws.position))
+@pytest.mark.parametrize("name", ["importance", "nuts", "smc"])
+def test_each_draw_comes_with_its_log_likelihood(name):
+    target, draws, _ = gaussian(name)
+    expected = jax.jit(jax.vmap(jax.vmap(target.log_likelihood)))(jnp.asarray(draws.position))
     np.testing.assert_allclose(draws.log_likelihood, expected, rtol=1e-9)
 
 
 def test_nuts_does_not_stop_chains_that_mix():
-    _, draws = run(engines.NUTS(warmup=200, draws=300))
-    assert draws.position.shape == (4, 300, 2)
+    _, draws, _ = gaussian("nuts")
+    assert draws.position.shape == (4, 1000, 2)
     assert not draws.warnings
 
 
@@ -212,6 +217,7 @@ def test_a_symmetry_lets_smc_switch_between_modes():
         assert abs(share - expected) <= 5 * np.sqrt(expected * (1 - expected) / 500)
 
 
+@pytest.mark.long
 def test_a_wrong_symmetry_biases_nothing():
     def mirror(values):
         return {"a": 2.0 - values["a"], "b": values["b"]}
@@ -260,6 +266,7 @@ def test_laplace_says_when_the_posterior_is_no_gaussian():
     )
 
 
+@pytest.mark.long
 def test_laplace_says_when_the_mode_lies_in_a_corner_where_all_is_flat_alike():
     def rising():
         x = numpyro.sample("x", dist.Uniform(0.0, 1.0))
@@ -333,14 +340,11 @@ def test_nuts_runs_in_blocks_whatever_the_number_of_draws():
     np.testing.assert_allclose(longer_run.position[:, :49], draws.position, rtol=1e-9)
 
 
-def test_progress_ends_at_one():
-    for engine in (engines.Importance(draws=40, batch=20), engines.NUTS(warmup=20, draws=20)):
-        shares = []
-        engine.run(
-            UnconstrainedModel(linear_gaussian, PRIORS), jax.random.PRNGKey(0), shares.append
-        )
-        assert shares[-1] == pytest.approx(1.0)
-        assert shares == sorted(shares)
+@pytest.mark.parametrize("name", ENGINES)
+def test_progress_ends_at_one(name):
+    *_, shares = gaussian(name)
+    assert shares[-1] == pytest.approx(1.0)
+    assert shares == sorted(shares)
 
 
 def test_progress_of_a_grid_that_is_refined_never_runs_backwards():

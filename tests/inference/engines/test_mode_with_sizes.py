@@ -68,6 +68,7 @@ def test_the_size_is_that_of_the_posterior_not_of_the_joint_mode(case, by_map):
     assert evidence[1] == pytest.approx(evidence[0], abs=1.0)
 
 
+@pytest.mark.long
 def test_draws_hold_the_product_of_error_and_size_that_the_data_determine(by_map):
     posterior = by_map["posterior"]
     errors = posterior["model_error.frequency.standard"].values * posterior[SIZE].values[..., None]

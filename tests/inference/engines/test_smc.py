@@ -38,6 +38,7 @@ def quadrature():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_thirty_unknowns_mix():
     particles = 1000
     target = UnconstrainedModel(counted, {"x": dist.Normal(jnp.zeros(MANY), 1.0).to_event(1)})

@@ -71,8 +71,16 @@ def write_hdf5(path):
             file.create_dataset(name, data=values, compression="gzip", shuffle=True)
 
 
-@pytest.mark.parametrize("name", ["measured.mat", "measured.data"])
-@pytest.mark.parametrize("write", [write_mat_5, write_mat_7, write_mat_7_3, write_npz, write_hdf5])
+@pytest.mark.parametrize(
+    ("write", "name"),
+    [
+        (write_mat_5, "measured.mat"),
+        (write_mat_7, "measured.data"),
+        (write_mat_7_3, "measured.mat"),
+        (write_npz, "measured.data"),
+        (write_hdf5, "measured.data"),
+    ],
+)
 def test_arrays_with_a_mapping_are_read(tmp_path, name, write):
     write(tmp_path / "written")
     written = tmp_path / "written"

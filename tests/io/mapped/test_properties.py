@@ -90,6 +90,7 @@ def test_blocks_come_back_from_matlab_7_3(tmp_path_factory, block):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 @settings(max_examples=LONG, **QUIET)
 @given(block=blocks(), form=st.sampled_from(["npz", "mat 5", "mat 7"]))
 def test_many_blocks_come_back_from_any_file(tmp_path_factory, block, form):
@@ -224,7 +225,9 @@ def test_damage_of_hdf5_is_told(readers, tmp_path_factory, name, changes):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", FAST)
+@pytest.mark.parametrize(
+    "name", ["mat 5", *(pytest.param(name, marks=pytest.mark.longest) for name in FAST[1:])]
+)
 @settings(max_examples=LONG, **QUIET)
 @given(changes=CHANGES)
 def test_much_damage_is_told(readers, tmp_path_factory, name, changes):

@@ -81,7 +81,7 @@ def test_estimates_are_those_of_scipy(segment, overlap, window):
     np.testing.assert_allclose(np.abs(hv.measurement.frf[:, 0]) ** 2, (response / power)[:, used])
 
 
-@pytest.mark.parametrize("overlap", [0.0, 0.5, 0.75])
+@pytest.mark.parametrize("overlap", [0.0, 0.5, pytest.param(0.75, marks=pytest.mark.long)])
 def test_the_variance_is_the_scatter_of_many_tests(overlap):
     tests, excitation = 150, bp.time_records.Continuous(segment=0.5, overlap=overlap)
     runs = [

@@ -198,7 +198,9 @@ def test_tdms_files(tmp_path):
         read(tmp_path / "g.tdms", TDMS)
 
 
-@pytest.mark.parametrize("version", ["3.30", "4.10"])
+@pytest.mark.parametrize(
+    "version", ["4.10", pytest.param("3.30", marks=[pytest.mark.long, pytest.mark.longest])]
+)
 def test_mdf_files(tmp_path, version):
     signals = [
         MdfSignal(FORCE, TIME, unit="N", name="F"),

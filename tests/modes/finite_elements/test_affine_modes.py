@@ -199,7 +199,7 @@ LAWS = {
     "structural": bp.damping.Structural(0.02),
 }
 NAMES = ["corner", "strip", "density"]
-NOMINAL = np.ones(3)
+NOMINAL, ELSEWHERE = np.ones(3), np.array([0.8, 1.2, 1.05])
 OMEGA = 2 * np.pi * np.array([60.0, 180.0, 310.0, 455.0, 610.0])
 STEP = 1e-4
 
@@ -278,13 +278,8 @@ def test_the_natural_frequencies_of_the_square_plate_are_repeated():
     assert np.count_nonzero(np.diff(squares) < 1e-9 * squares[1:]) >= 3
 
 
-AT = pytest.mark.parametrize(
-    "at", [NOMINAL, np.array([0.8, 1.2, 1.05])], ids=["nominal", "elsewhere"]
-)
-
-
 @pytest.mark.parametrize("law", LAWS)
-@AT
+@pytest.mark.parametrize("at", [NOMINAL, ELSEWHERE], ids=["nominal", "elsewhere"])
 def test_receptances_and_gradients_are_those_of_direct_solutions_in_the_basis(law, at):
     receptances, slopes = (table[law, False] for table in compiled(at))
     expected = reduced(at, law)
@@ -298,7 +293,11 @@ def test_receptances_and_gradients_are_those_of_direct_solutions_in_the_basis(la
 
 @pytest.mark.long
 @pytest.mark.parametrize("law", LAWS)
-@AT
+@pytest.mark.parametrize(
+    "at",
+    [NOMINAL, pytest.param(ELSEWHERE, marks=pytest.mark.longest)],
+    ids=["nominal", "elsewhere"],
+)
 def test_receptances_and_gradients_are_those_of_direct_solutions_of_all_matrices(law, at):
     receptances, slopes = (table[law, True] for table in compiled(at))
     expected = full(at, law)
@@ -376,6 +375,7 @@ def test_every_parameter_is_named_with_its_prior():
     assert "structure.modes.parameter.corner" in table and "parameter" in table
 
 
+@pytest.mark.long
 def test_leapfrog_steps_from_repeated_natural_frequencies_keep_their_energy():
     """As in NUTS; a wrong gradient gains or loses energy, and NaN is neither."""
     data = experiment().data(experiment(unknown=False).nominal_measurement())

@@ -336,6 +336,7 @@ def experiment(frequency, modal_mass):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_frequencies_and_masses_are_recovered_from_noisy_data():
     exact = experiment(TRUE[:2].tolist(), MASS[:2].tolist()).nominal_measurement()
     normal = np.random.default_rng(6).normal(size=(2, *exact.frf.shape))

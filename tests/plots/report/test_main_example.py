@@ -18,7 +18,7 @@ LARGEST = 3_000_000
 LONGEST = 15.0
 """Seconds after the answer."""
 
-pytestmark = [pytest.mark.long, pytest.mark.usefixtures("optimised")]
+pytestmark = [pytest.mark.long, pytest.mark.longest, pytest.mark.usefixtures("optimised")]
 
 
 @pytest.fixture(scope="module")

@@ -264,6 +264,7 @@ def test_records_without_model_and_hash_are_listed(tmp_path):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_the_data_of_a_week_later_are_added_and_comments_stay(folder, tmp_path):
     page = tmp_path / "bridge.html"
     run(
@@ -291,6 +292,7 @@ def test_the_data_of_a_week_later_are_added_and_comments_stay(folder, tmp_path):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_several_states_are_chapters(folder, tmp_path):
     for number in (1, 2):
         shutil.copytree(folder, tmp_path / f"state_{number}")
@@ -432,7 +434,7 @@ def test_numbers_are_saved_from_the_page(folder, tmp_path):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.longest)])
 def test_words_and_curves_stand_out_from_the_ground(folder, scheme):
     with pages(color_scheme=scheme) as opened:
         page = opened(folder / "report.html")
