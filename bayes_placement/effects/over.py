@@ -1,7 +1,7 @@
 """A law spread over a part of the structure: any law, and what all that is so attached shares."""
 
 import dataclasses
-from typing import ClassVar, Self, TypeAlias
+from typing import ClassVar, TypeAlias, TypeVar
 
 import equinox as eqx
 
@@ -11,6 +11,8 @@ from ..positions.bounds import in_space
 from .attached import GivenLaw
 from .effect import NetworkAttachment
 from .prelude import NOT_NEGATIVE, Law, Modes, Parameter, Points, coordinates, field, unit
+
+Spread = TypeVar("Spread", bound="OverExtent")
 
 Edge: TypeAlias = Parameter | None
 
@@ -38,7 +40,7 @@ class OverExtent(NetworkAttachment):
         fewer = FEWER if self.is_rough else 1.0
         return over(coordinates(self.at), self.extent, self.direction, modes, fewer).points
 
-    def roughly(self) -> Self:
+    def roughly(self: Spread) -> Spread:
         """Return the effect with fewer ports."""
         return dataclasses.replace(self, is_rough=True)
 

@@ -352,3 +352,14 @@ def test_what_no_port_can_be_is_refused(case):
     modes, effect, words = REFUSED[case]
     with pytest.raises(InputError, match=words):
         Structure(modes(), damping=damping.Modal(0.01)) + effect
+
+
+def test_fewer_ports_tell_roughly_the_same():
+    """They find out where something acts: a form of the effect that takes less time."""
+    laid = effects.segment_mass(MIDDLE, EXTENT, 0.3)
+    rough, modes = laid.roughly(), structure().modes
+    assert rough.points(modes).count < 0.6 * laid.points(modes).count
+    fine, coarse = response(laid), response(rough)
+    np.testing.assert_allclose(coarse, fine, rtol=0, atol=1e-3 * np.abs(fine).max())
+    assert not np.array_equal(coarse, fine)
+    assert repr(rough) == repr(laid)

@@ -5,6 +5,7 @@ close ones a descent takes the wrong one. Modes that are identified without a mo
 those of the model by shape and frequency, say at once how far each is off.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -27,6 +28,7 @@ from ...inference.engines.empirical_bayes import (
     bounds_of_log,
 )
 from ...inference.engines.levenberg_marquardt import LARGEST
+from ...inference.estimates import Number
 from ...inference.residuals import Problem, fields_of
 from ..fitted_modes import modes_of_model
 from ..kept_fits import kept_with_sizes
@@ -139,7 +141,7 @@ def _measurement(experiment: Experiment, data: Data) -> Measurement:
     )
 
 
-def _values(named: dict[str, np.ndarray], modal: Experiment) -> dict[str, np.ndarray]:
+def _values(named: Mapping[str, np.ndarray], modal: Experiment) -> dict[str, Number]:
     return {name: named[name][0] for name in modal.unknown}
 
 
