@@ -21,8 +21,9 @@ from bayes_placement._shared import parts as _parts
 from bayes_placement._shared import processes as _processes
 from bayes_placement._shared.garbage import RARELY, rare_garbage_collection
 from bayes_placement.criticism.kept_fits import NO_RIVAL
+from bayes_placement.criticism.missing._errors_as_identified import given_with_errors
 from bayes_placement.criticism.missing._fits_with_errors import fitted_with_errors_in_processes
-from bayes_placement.criticism.missing._hypotheses import null_hypothesis, with_errors
+from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.criticism.missing._more_effects import single_effects, with_channels
 from bayes_placement.inference.chi2 import LEVEL
 from bayes_placement.io import model
@@ -325,7 +326,7 @@ def test_hypotheses_are_the_same_with_a_model_error_fitted_elsewhere():
     with ThreadPoolExecutor(1) as threads, _parts.done_by(threads):
         together += fitted_with_errors_in_processes(exact, errors, NO_RIVAL, None)
     for each, alone in zip(
-        together, [with_errors(each, errors) for each in exact] * 2, strict=True
+        together, [given_with_errors(each, errors) for each in exact] * 2, strict=True
     ):
         assert each.has_errors and each.problem.sizes == pytest.approx(alone.problem.sizes)
         assert each.fit.log_evidence == pytest.approx(alone.fit.log_evidence, abs=1e-6)
