@@ -6,7 +6,8 @@ import numpy as np
 
 from ...experiment.experiment import Experiment, Measurements
 from ._cautions import cautions_of_fit
-from ._hypotheses import null_hypothesis, with_errors
+from ._errors_as_identified import given_with_errors
+from ._hypotheses import null_hypothesis
 
 
 class AsGiven(NamedTuple):
@@ -20,7 +21,7 @@ def fitted_as_given(experiment: Experiment, measurement: Measurements) -> AsGive
     """Fit a model as it is given; `fits_kept_in` shares the fit."""
     fit = null_hypothesis(experiment.with_errors(None), experiment.data(measurement))
     if experiment.model_error is not None:
-        fit = with_errors(fit, experiment.model_error)
+        fit = given_with_errors(fit, experiment.model_error)
     named = fit.problem.coordinates.named(fit.fit.point[None])
     values = {name: value[0] for name, value in named.items()}
     sizes = {name: np.asarray(size) for name, size in fit.problem.sizes.items()}
