@@ -3,6 +3,9 @@
 A resonance that is off by many bandwidths leaves residuals flat, logarithms of them too, and of two
 close ones a descent takes the wrong one. Modes that are identified without a model, paired with
 those of the model by shape and frequency, say at once how far each is off.
+
+A hypothesis fitted without a model error comes in, the same with one goes out. What else is
+compared with it is not known here.
 """
 
 from collections.abc import Mapping
@@ -29,11 +32,11 @@ from ...inference.engines.empirical_bayes import (
 )
 from ...inference.engines.levenberg_marquardt import LARGEST
 from ...inference.estimates import Number
-from ...inference.residuals import Problem, fields_of
+from ...inference.residuals import Problem
 from ..fitted_modes import modes_of_model
 from ..kept_fits import kept_with_sizes
 from ._hypotheses import Hypothesis, decreasing_errors, problem_with_errors, with_errors
-from ._scanned_candidates import weakest
+from ._scanned_candidates import weakened
 
 ROWS = {"frequency": FREQUENCY, "damping": DAMPING}
 """Errors that a mode has once, and the row of modal parameters that says them."""
@@ -74,11 +77,9 @@ def refitted_from_given(
         return found
     problem = found.problem.at_sizes(given.problem.sizes)
     as_exact = given.point_in(problem, exact.point_in(problem))
-    weak = as_exact.copy()
+    weak = as_exact
     for effect in exact.effects:
-        for name, word in fields_of(effect, problem).items():
-            if word == effect.absent[0]:
-                weak[problem.coordinates.places[name]] = weakest(effect, problem, name)
+        weak = weakened(weak, effect, problem)
     decreasing = decreasing_errors(problem, DECREASING_ERRORS[-2:])
     sized = kept_with_sizes(problem, np.stack([weak, as_exact]), decreasing, rival)
     return max(found, replace(found, **vars(sized)), key=lambda each: each.fit.log_evidence)
@@ -103,9 +104,12 @@ def _as_identified(exact: Hypothesis, problem: Problem) -> _Begin | None:
         if place is None:
             continue
         errors = np.zeros(place.stop - place.start)
-        known = np.flatnonzero(off.number <= len(errors))
+        # A mode above those with errors has none, and one without damping no logarithm of it.
+        known = np.flatnonzero((off.number <= len(errors)) & np.isfinite(off.logs[row]))
+        if not known.size:
+            continue
         errors[off.number[known] - 1] = off.logs[row, known]
-        size = _size(problem, word, errors)
+        size = _size(problem, word, off.logs[row, known])
         sizes |= {name: size for name in sizes if name == f"model_error.{word}.size"}
         point[place] = np.clip(errors / size, -LARGEST, LARGEST)
     return _Begin(problem.at_sizes(sizes), point)
@@ -125,7 +129,9 @@ def _modes_off(exact: Hypothesis) -> _Off | None:
     except InputError:  # no peak, or shapes at too few sensors to tell which mode is which
         return None
     measured = np.stack([modes.natural_frequency, modes.damping_ratio])
-    return _Off(np.asarray(of_model.number), np.log(measured / np.asarray(of_model.values)[:2]))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        logs = np.log(measured / of_model.values[: len(ROWS)])
+    return _Off(np.asarray(of_model.number), logs)
 
 
 def _measurement(experiment: Experiment, data: Data) -> Measurement:
@@ -151,4 +157,4 @@ def _size(problem: Problem, word: str, errors: np.ndarray) -> float:
     if unknown is None:
         return float(getattr(problem.experiment.model_error, word).size)
     low, high = np.exp(bounds_of_log(unknown))
-    return float(np.clip(np.sqrt(np.mean(errors[errors != 0] ** 2)), low, high))
+    return float(np.clip(np.sqrt(np.mean(errors**2)), low, high))

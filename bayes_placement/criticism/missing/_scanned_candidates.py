@@ -217,11 +217,16 @@ def _followed(effect: Effect, problem: Problem) -> int:
 
 def _weak_start(effect: Effect, problem: Problem, base: Hypothesis) -> np.ndarray:
     """The fit without the effect, and the effect at its weakest: about as good as without."""
-    start = base.point_in(problem)
+    return weakened(base.point_in(problem), effect, problem)
+
+
+def weakened(point: np.ndarray, effect: Effect, problem: Problem) -> np.ndarray:
+    """Return a point with an effect at its weakest."""
+    weak = point.copy()
     for name, word in fields_of(effect, problem).items():
         if word == effect.absent[0]:
-            start[problem.coordinates.places[name]] = weakest(effect, problem, name)
-    return start
+            weak[problem.coordinates.places[name]] = weakest(effect, problem, name)
+    return weak
 
 
 def weakest(effect: Effect, problem: Problem, name: str) -> float:

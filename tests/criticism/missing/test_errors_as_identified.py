@@ -63,6 +63,29 @@ def test_the_fit_is_that_of_the_greater_evidence(fitted):
     assert found.chi2_when_exact == exact.chi2_per_datum
 
 
+@pytest.mark.parametrize(
+    ("number", "logs", "begins"),
+    [
+        ([5, 6], [[0.1, 0.1], [0.2, 0.2]], {}),
+        ([1, 2], [[0.1, 0.3], [np.nan, -np.inf]], {"frequency": [0.1, 0.3]}),
+        ([2, 9], [[0.1, 0.3], [np.nan, 0.2]], {"frequency": [0.0, 0.1]}),
+    ],
+    ids=["above those with errors", "without damping", "one of two"],
+)
+def test_what_is_not_known_of_a_mode_begins_at_zero(fitted, monkeypatch, number, logs, begins):
+    exact, setup = fitted
+    off = begin._Off(np.array(number), np.array(logs))
+    monkeypatch.setattr(begin, "_modes_off", lambda exact: off)
+    modal = bp.model_error.Embedded(**RIVALS, modes=4)
+    problem = problem_with_errors(exact, setup.with_model_error(modal).model_error)
+    start = begin._as_identified(exact, problem)
+    for word in OFF:
+        values = start.point[problem.coordinates.places[f"model_error.{word}.standard"]]
+        values = values * start.problem.sizes[f"model_error.{word}.size"]
+        np.testing.assert_allclose(values[:2], begins.get(word, [0.0, 0.0]), atol=1e-12)
+    assert np.isfinite([*start.problem.sizes.values()]).all()
+
+
 @pytest.mark.long
 def test_a_plate_of_a_coarse_mesh_is_explained_by_a_model_error():
     """Of two close modes one is off by 5 %: from errors of zero the other one takes its place."""
