@@ -35,6 +35,12 @@ def executed(paths, folder):
     ]
     for number, cell in enumerate(cells):
         cell.id = f"cell-{number}"  # they are unique in each notebook only
+    run(cells, folder)
+    return notebooks
+
+
+def run(cells, folder):
+    """Run cells, which keep their outputs, in a kernel of their own."""
     together = nbformat.v4.new_notebook(cells=cells)
     with warnings.catch_warnings():
         # Warnings of the Jupyter packages about each other's interfaces and about sockets.
@@ -48,7 +54,6 @@ def executed(paths, folder):
             kernel_name="python3",
             resources={"metadata": {"path": str(folder)}},
         ).execute()
-    return notebooks
 
 
 def printed(notebook):
@@ -65,6 +70,28 @@ def test_there_are_notebooks():
     expected = {"bar_damping", "hidden_effect", "structure_in_space", "where_to_measure"}
     expected |= {"real_measurement"}
     assert {path.stem for path in NOTEBOOKS} >= expected
+
+
+SLOW_BARS = """
+import time, ipywidgets
+from bayes_placement._shared.progress import shown
+
+def slowly(widget, wait=False):
+    time.sleep(0.25)  # longer than a notebook keeps what was printed
+
+ipywidgets.Output.clear_output = slowly
+for name in "ab":
+    print(name)
+    with shown(None, "task") as report:
+        report(0.5)
+"""
+
+
+@pytest.mark.long
+def test_what_was_printed_before_a_bar_stays(tmp_path):
+    cell = nbformat.v4.new_code_cell(SLOW_BARS)
+    run([cell], tmp_path)
+    assert printed(nbformat.v4.new_notebook(cells=[cell])).split() == ["a", "b"]
 
 
 LARGEST = 400_000

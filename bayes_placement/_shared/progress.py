@@ -1,5 +1,6 @@
 """Progress with the time left: bars in the terminal, plain lines in a file."""
 
+import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -54,6 +55,9 @@ def progress_bars(console: Console, tasks: Sequence[str]) -> Iterator[Callable[[
     shown never runs backwards. Bars are shown in a terminal or notebook, else plain lines.
     """
     if console.is_terminal or console.is_jupyter:
+        # What a notebook printed and has not sent yet would go into the widget of the bars, which
+        # clears it.
+        sys.stdout.flush()
         with _bars(console) as bars:
             shown: _Tasks | _Lines = _Tasks(bars, tasks)
             yield shown.begin
