@@ -21,8 +21,9 @@ from ...inference.engines.empirical_bayes import DECREASING_ERRORS, Rival
 from ...inference.residuals import Problem
 from ...inference.residuals_of_state import State
 from ..kept_fits import NO_RIVAL, kept_with_sizes
+from ._errors_as_identified import given_with_errors
 from ._fitted_candidates import extended, fits_against, only_scanned
-from ._hypotheses import Hypothesis, finite, null_hypothesis, rival_among, takes_long, with_errors
+from ._hypotheses import Hypothesis, finite, null_hypothesis, rival_among, takes_long
 from ._more_effects import AT_FIRST, NARROW, VARIANTS_WITH_ERRORS
 from ._networks import LawsBeside, laws_beside_best, with_networks, with_other_laws
 from ._posterior_odds import Comparison, explains, passes, wants_more_effects
@@ -56,7 +57,7 @@ def state_of(experiment: Experiment, measurement: Measurements) -> State:
 def fitted_baseline(baseline: State, errors: ModalErrors | None) -> Hypothesis:
     """The model fitted to the earlier state alone, with model error where there is one."""
     exact = null_hypothesis(baseline.experiment.with_errors(None), baseline.data)
-    return exact if errors is None else with_errors(exact, errors)
+    return exact if errors is None else given_with_errors(exact, errors)
 
 
 def compared_with_baseline(

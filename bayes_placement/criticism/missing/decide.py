@@ -179,10 +179,11 @@ def objections(weighed: Weighed, number: int, fewer: int) -> Iterator[str]:
 
     The form of a model error is assumed, so that evidence alone does not suffice with it: the
     effects must also predict held-out data better than fewer of them, none of them may be only the
-    best of several, and each must explain more than it leaves to the model error: scatter along a
-    structure looks a little like many effects. Of two states, their difference shows what is new:
-    less is asked there. A model error that is as large as its prior allows is no rival of what acts
-    on the structure, and no judge of what two states share: the model is wrong as a whole.
+    best of several, nor sit at an edge of its prior, and each must explain more than it leaves to
+    the model error: scatter along a structure looks a little like many effects. Of two states,
+    their difference shows what is new: less is asked there. A model error that is as large as its
+    prior allows is no rival of what acts on the structure, and no judge of what two states share:
+    the model is wrong as a whole.
     """
     row, before, policy = weighed.rows[number], weighed.rows[fewer], weighed.policy
     if row.states == 1:
@@ -196,8 +197,18 @@ def objections(weighed: Weighed, number: int, fewer: int) -> Iterator[str]:
             f"needs as large a model error of {kind} as its prior allows: supports and dimensions "
             "come first"
         )
+    for name, side in sorted(_sides_of_edges(row, policy)):
+        yield (
+            f"has the size of {name} at the {side} edge of its prior: another cause is likely, or "
+            "the prior is too narrow"
+        )
     if not predicts_better(row, before, policy):
         yield "predicts held-out data no better" if row.held_out else "was held against no data"
+
+
+def _sides_of_edges(row: Row, policy: Policy) -> dict[tuple[str, str], float]:
+    """Effects whose size piles up at a side of its prior, and by how much more than there."""
+    return {(name, side): ratio for name, side, ratio in row.edges if ratio >= policy.piled_up}
 
 
 def as_good_elsewhere(weighed: Weighed, number: int) -> list[str]:
@@ -260,8 +271,8 @@ def is_missing(
 
 def _doubts(name: str, way: list[Row], policy: Policy) -> Iterator[Doubt]:
     """What makes an effect of the last row doubtful."""
-    for effect, side, ratio in way[-1].edges:
-        if effect == name and ratio >= policy.piled_up:
+    for (effect, side), ratio in _sides_of_edges(way[-1], policy).items():
+        if effect == name:
             # By Markov's inequality a right prior leaves so much at an edge as seldom.
             yield Doubt(f"its size sits at the {side} edge of its prior", 1 / ratio)
     number = next(n for n, row in enumerate(way) if name in row.effects)

@@ -208,6 +208,22 @@ def test_an_effect_predicts_held_out_data_better_by_two_standard_errors(held_out
     assert decision.reasons == (() if kinds else ("mass predicts held-out data no better",))
 
 
+@pytest.mark.parametrize("states", [1, 2])
+@pytest.mark.parametrize(("ratio", "kinds"), [(9.0, ("mass",)), (11.0, ())])
+def test_beside_a_model_error_a_size_at_the_edge_of_its_prior_is_no_claim(states, ratio, kinds):
+    edges = (("mass", "upper", ratio),)
+    mass = erroneous("mass", 30.0, 1.0, gain=1.0, edges=edges, states=states)
+    decision = decided(erroneous("", 0.0, 100.0, states=states), mass)
+    assert decision.kinds == kinds
+    assert bool(decision.reasons) == (not kinds)
+    # Two effects of which one sits there: the other stays.
+    both = mass._replace(kinds=("gain", "mass"), effects=("gain", "mass"), log_evidence=60.0)
+    single = erroneous("gain", 30.0, 20.0, gain=0.5, states=states)
+    both = both._replace(held_out=tuple(2 * each for each in mass.held_out))
+    found = decided(erroneous("", 0.0, 100.0, states=states), single, both).kinds
+    assert found == (("gain", "mass") if kinds else ("gain",))
+
+
 def test_effects_that_do_not_hold_are_left_out_one_by_one():
     rows = [
         erroneous("", 0.0, 100.0),
