@@ -56,8 +56,9 @@ def check_one_each(name: str, word: str, value: Parameter, instruments: Instrume
     shape = tuple(value.shape()) if is_unknown(value) else np.shape(value)
     needed = tuple(len(instruments.channels(side)) for side in ("sensor", "actuator"))
     if shape not in ((), needed):
+        of_all = 0.0 if is_unknown(value) else float(np.mean(value))
         raise InputError(
             f'Effect "{name}": {word} of shape {shape} was given; one number or the shape {needed} '
             "is needed, since each pair of a sensor and an actuator channel has its own: "
-            f"{word}=np.full({needed}, 1e-8)."
+            f"{word}=np.full({needed}, {of_all:.3g})."
         )

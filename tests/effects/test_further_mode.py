@@ -4,10 +4,12 @@ import dataclasses
 
 import equinox as eqx
 import numpy as np
+import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
 from bayes_placement import effects
+from bayes_placement._shared.errors import InputError
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.criticism.missing._scanned_candidates import scanned
 from tests.criticism.small import LINES, MASS, TRUTH, experiment, measured
@@ -75,3 +77,11 @@ def test_without_phases_it_is_not_tried():
     )
     assert not effects.library(amplitudes, ["further_mode"]).effects
     assert effects.library(experiment(), ["further_mode"]).effects
+
+
+def test_residues_of_another_shape_are_refused_with_values_of_their_size():
+    with pytest.raises(InputError, match=r"residue=np\.full\(\(2, 1\), 0\.3\)"):
+        experiment() + effects.further_mode([0.2, 0.3, 0.4], 40.0, 0.01)
+    prior = dist.Normal(np.zeros(3), 1.0).to_event(1)
+    with pytest.raises(InputError, match=r"residue=np\.full\(\(2, 1\), 0\)"):
+        experiment() + effects.further_mode(prior, 40.0, 0.01)
