@@ -81,7 +81,7 @@ def test_without_phases_it_is_not_tried():
 
 def test_residues_of_another_shape_are_refused_with_values_of_their_size():
     with pytest.raises(InputError, match=r"residue=np\.full\(\(2, 1\), 0\.3\)"):
-        experiment() + effects.further_mode([0.2, 0.3, 0.4], 40.0, 0.01)
+        experiment() + effects.further_mode(np.array([0.2, 0.3, 0.4]), 40.0, 0.01)
     prior = dist.Normal(np.zeros(3), 1.0).to_event(1)
     with pytest.raises(InputError, match=r"residue=np\.full\(\(2, 1\), 0\)"):
         experiment() + effects.further_mode(prior, 40.0, 0.01)
