@@ -83,11 +83,9 @@ def _evidence_ratio(hypothesis: Hypothesis, block: np.ndarray) -> float:
     problem, fit = hypothesis.problem, hypothesis.fit
     training, level = _training(hypothesis, block)
     _, normal = minimise(training, fit.point[None], steps=STEPS)
-    with np.errstate(invalid="ignore"):  # of a fit that is not finite nothing follows
-        log_evidence = -normal.cost[0] - 0.5 * np.linalg.slogdet(normal.curvature[0])[1]
     all_data = -fit.cost + fit.gaussian.log_volume - 0.5 * problem.dimension * np.log(2 * np.pi)
     count = int(block.sum())
-    return float((all_data - log_evidence) / count - 0.5 * np.log(2 * np.pi) - level)
+    return float((all_data - normal.log_evidence[0]) / count - 0.5 * np.log(2 * np.pi) - level)
 
 
 def _training(hypothesis: Hypothesis, block: np.ndarray) -> tuple[SquaresAndPrior, float]:

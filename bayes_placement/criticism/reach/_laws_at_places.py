@@ -31,8 +31,7 @@ def laws_at_places(objective: LawsAsked, which: Networks, places: int, starts: i
         [_starts(objective, which, place, starts, measured[place]) for place in range(places)]
     )
     ends, normal = minimise(objective, points.reshape(-1, OF_ROW), steps=15, largest=LARGEST)
-    curved = np.linalg.slogdet(normal.curvature)[1]
-    evidence = -normal.cost - 0.5 * curved + objective.asked.log_volume[ends[:, PLACE].astype(int)]
+    evidence = normal.log_evidence + objective.asked.log_volume[ends[:, PLACE].astype(int)]
     evidence = np.nan_to_num(evidence, nan=-np.inf)
     shape = points.shape[:2]
     return ends.reshape(points.shape), normal.cost.reshape(shape), evidence.reshape(shape)

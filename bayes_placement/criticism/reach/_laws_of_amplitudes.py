@@ -30,8 +30,7 @@ def laws_of_amplitudes(
     """
     begins = np.concatenate([_starts(objective, which, point, starts) for point in points])
     ends, normal = minimise(objective, begins, steps=STEPS, largest=objective.largest)
-    curved = np.linalg.slogdet(normal.curvature)[1]
-    evidence = np.nan_to_num(-normal.cost - 0.5 * curved, nan=-np.inf)
+    evidence = np.nan_to_num(normal.log_evidence, nan=-np.inf)
     shape = len(points), -1
     return ends.reshape(*shape, ends.shape[1]), normal.cost.reshape(shape), evidence.reshape(shape)
 

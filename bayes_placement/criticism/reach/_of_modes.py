@@ -103,8 +103,7 @@ def _reach_of_effect(base: Problem, point: Point, port: Port) -> ReachOfEffect:
     starts = np.repeat(starts, len(STRENGTHS), axis=0)
     starts[:, _strength(port, problem)] = np.tile(STRENGTHS, len(places))[:, None]
     ends, normal = minimise(Held(problem.squares.objective(), columns), starts, steps=15)
-    evidence = -normal.cost - 0.5 * np.linalg.slogdet(normal.curvature)[1]
-    evidence = np.nan_to_num(evidence, nan=-np.inf).reshape(len(places), -1)
+    evidence = np.nan_to_num(normal.log_evidence, nan=-np.inf).reshape(len(places), -1)
     best = np.arange(len(places)) * len(STRENGTHS) + np.argmax(evidence, axis=1)
     unknown = np.full(len(places), np.nan)
     return ReachOfEffect(

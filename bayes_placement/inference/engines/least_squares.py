@@ -31,6 +31,12 @@ class NormalEquations(NamedTuple):
     curvature: np.ndarray
     squares: np.ndarray
 
+    @property
+    def log_evidence(self) -> np.ndarray:
+        """That of each point by Laplace's method, up to a constant; NaN where nothing is finite."""
+        with np.errstate(invalid="ignore"):  # a descent may end where the model has no value
+            return -self.cost - 0.5 * np.linalg.slogdet(self.curvature)[1]
+
 
 class Terms(NamedTuple):
     """A function at points [point], its gradient and its curvature."""

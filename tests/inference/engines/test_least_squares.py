@@ -286,3 +286,10 @@ def test_draws_of_many_unknowns_are_as_wide_as_half_of_them_can_bear():
     )
     assert sampled.log_evidence_error < 0.02
     assert about_mode._wider(3) == about_mode.WIDER
+
+
+def test_evidence_of_a_descent_that_ended_nowhere_is_nan_without_a_warning():
+    """That of a Gaussian density of two unknowns beside it, up to a constant of their number."""
+    curvature = np.stack([np.array([[4.0, 1.0], [1.0, 2.0]]), np.full((2, 2), np.nan)])
+    normal = NormalEquations(np.array([3.0, np.nan]), np.zeros((2, 2)), curvature, np.zeros(2))
+    np.testing.assert_allclose(normal.log_evidence, [-3.0 - 0.5 * np.log(7.0), np.nan])
