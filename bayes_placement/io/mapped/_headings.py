@@ -15,7 +15,7 @@ from ..._shared.errors import InputError
 from ..._shared.files import Json
 from ...experiment.quantities import QUANTITIES
 from .._frf_units import plain
-from ..arrays.named_arrays import NamedArrays
+from ..arrays import NamedArrays
 from ..arrays.text import split_unit
 from ._toml_fields import TomlTable
 from .mapping import PARTS, PARTS_NEEDED, Mapping, of_table

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..._shared.errors import InputError
 from .._frf_units import FREQUENCY
-from ..arrays.named_arrays import NamedArrays
+from ..arrays import NamedArrays
 from ._headings import (
     ANGLES,
     FIRSTS,

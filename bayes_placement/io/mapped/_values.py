@@ -12,7 +12,7 @@ import numpy as np
 from ..._shared.errors import InputError
 from ...experiment._measurement_words import counted
 from .._frf_units import FREQUENCY, FrfUnit, VoltageUnit, frf_unit, plain
-from ..arrays.named_arrays import NamedArrays
+from ..arrays import NamedArrays
 from ._headings import ANGLES, columns_by_part, first_pair, part_of, part_of_column
 from .mapping import AXES, PARTS, Column, FrequencyRule, FrfRule
 

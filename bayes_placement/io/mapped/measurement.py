@@ -15,7 +15,7 @@ from ...experiment.quantities import quantity_of
 from ...positions.channel import Channel, match, parsed
 from .._frf_units import FrfUnit, VoltageUnit
 from .._gate import check_plausible, reading, usable_lines
-from ..arrays.named_arrays import NamedArrays
+from ..arrays import NamedArrays
 from . import _lines_needed, _values
 from .channel_table import ChannelRow
 from .mapping import FrfRule, Mapping
