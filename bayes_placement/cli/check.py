@@ -13,8 +13,7 @@ from ..plots import misfit as plots
 from ..plots import modes as mode_plots
 from ..plots import posterior as posterior_plots
 from ._findings import FINDINGS, best_draw, of_check, of_models
-from ._inputs import Inputs, read_inputs
-from ._posterior import infer_posterior, method_from_fit
+from ._inputs import Inputs, infer_posterior, method_from_fit, read_inputs
 from ._run import Drawing, Output, Run, numbered
 from ._terminal import command_on
 

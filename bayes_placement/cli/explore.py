@@ -18,10 +18,9 @@ from ..explorer.page_frames import LongSave
 from ..inference.engines import MAP
 from ..io._gate import files_read
 from ..io.model import Study
-from ._inputs import Inputs, print_data_faults, read_both
+from ._inputs import Inputs, infer_posterior, named_method, print_data_faults, read_both
 from ._lines import choose_lines
 from ._missing_effects import Request
-from ._posterior import infer_posterior, named_method
 from ._run import Run
 from ._save import CompletedModel
 from ._terminal import Screen

@@ -27,9 +27,8 @@ from ..plots import reach as reach_plots
 from ..plots.report._style import look
 from ..plots.report._svg import as_file, svg_of
 from ._findings import FINDINGS, of_models, of_result, where_next
-from ._inputs import Inputs
+from ._inputs import Inputs, infer_posterior, named_method
 from ._missing_effects import Request
-from ._posterior import infer_posterior, named_method
 from ._run import Drawing, Run, numbered
 from ._save import CompletedModel
 from ._terminal import Screen, command_on

@@ -33,8 +33,7 @@ from ..io.model import Study
 from ..plots import placement as plots
 from ..positions.bounds import in_space
 from ..positions.vectors import Recorded
-from ._inputs import measured, read_study
-from ._posterior import infer_posterior
+from ._inputs import infer_posterior, measured, read_study
 from ._run import Output, Run
 from ._terminal import Screen
 

@@ -25,8 +25,7 @@ from ..plots import _marginal_panels as pages
 from ..plots import modes as mode_plots
 from ..plots import posterior as plots
 from ._findings import FINDINGS, of_models, of_posterior
-from ._inputs import print_data_faults, read_both
-from ._posterior import infer_posterior, named_method
+from ._inputs import infer_posterior, named_method, print_data_faults, read_both
 from ._run import Drawing, Output, Run, numbered
 from ._terminal import Screen, command_on
 
