@@ -17,9 +17,8 @@ from ..page.frames import packed
 from ..positions._outlines import outline_of as tolerance_of
 from ..positions.bounds import Bounds
 from ..positions.vectors import unit_vector
-from .kept import KeptPage
 from .response import Response, coherence_rows, measured_rows, pair_labels
-from .session import Session
+from .session import KeptPage, Session
 from .sliders import Slider, as_json
 
 if TYPE_CHECKING:
