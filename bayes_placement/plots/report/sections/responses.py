@@ -1,4 +1,4 @@
-"""Measured and predicted responses, before and after, with the noise and the model error."""
+"""Measured and predicted responses, before and after, with noise and model error, and maps."""
 
 from collections.abc import Iterator
 
@@ -11,7 +11,17 @@ from matplotlib.axes import Axes
 from ...._shared.labels import AS_DRAWN, FORCE_LEVEL
 from ..._colours import DATA, FIFTH, INK, Style
 from ..._figures import DECIBELS, HALF_TURN, LOGARITHM, unbroken
-from ..._fit_panels import colours_of, line_style, mark_outside, show_all_of
+from ..._fit_panels import (
+    LABEL,
+    colours_of,
+    draw_maps,
+    height_of,
+    in_bands,
+    line_style,
+    mark_outside,
+    pair_names,
+    show_all_of,
+)
 from .._saved import Saved
 from .._style import decade_labels, drawing, legend, panels, thinned
 from ..content import Item, Table, Text
@@ -174,3 +184,33 @@ def _data(fits: dict[str, xr.Dataset]) -> pd.DataFrame:
         for word in ("error", "noise", "model_error"):
             columns[f"{name}: {word.replace('_', ' ')}"] = fit[word]
     return pd.DataFrame({name: np.asarray(values) for name, values in columns.items()})
+
+
+def residual_map(saved: Saved) -> Iterator[Item]:
+    """Draw a map of channel pairs and bands for each fitted model, one below the other."""
+    fits = saved.of_models("fit")
+    sizes = {name: in_bands(fit) for name, fit in fits.items() if name != AS_DRAWN}
+    if not sizes:
+        return
+    height = height_of(next(iter(sizes.values())))
+    figure, axes = panels(len(sizes), 1, height, sharex=True)
+    draw_maps(figure, axes, sizes)
+    caption = (
+        "Root mean square of the residual over the noise, by channel pair and band; where a model "
+        "is right it is about 1."
+    )
+    item = drawing(figure, Table.of(_by_band(sizes)))
+    yield Item(RESPONSES, "Where the error lies", item, caption, ("response", "error"))
+
+
+def _by_band(sizes: dict[str, xr.DataArray]) -> pd.DataFrame:
+    """One row for each model, channel pair and band."""
+    rows = [
+        (model, name, low, high, value)
+        for model, size in sizes.items()
+        for name, values in zip(pair_names(size), size.values, strict=True)
+        for low, high, value in zip(
+            size.attrs["edges"][:-1], size.attrs["edges"][1:], values, strict=True
+        )
+    ]
+    return pd.DataFrame(rows, columns=["model", "channel pair", "from [Hz]", "to [Hz]", LABEL])
