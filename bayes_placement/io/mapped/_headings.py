@@ -21,32 +21,18 @@ from ._toml_fields import TomlTable
 from .mapping import PARTS, PARTS_NEEDED, Mapping, of_table
 
 WORDS = {
-    "real": "real",
-    "re": "real",
-    "imaginary": "imaginary",
-    "imag": "imaginary",
-    "im": "imaginary",
-    "magnitude": "magnitude",
-    "mag": "magnitude",
-    "amplitude": "magnitude",
-    "ampl": "magnitude",
-    "amp": "magnitude",
-    "abs": "magnitude",
-    "modulus": "magnitude",
-    "decibels": "decibel",
-    "decibel": "decibel",
-    "db": "decibel",
-    "degrees": "degrees",
-    "degree": "degrees",
-    "deg": "degrees",
-    "°": "degrees",
-    "radians": "radians",
-    "radian": "radians",
-    "rad": "radians",
-    "phase": "phase",
-    "angle": "phase",
-    "coherence": "coherence",
-    "coh": "coherence",
+    word: part
+    for part, words in {
+        "real": "real re",
+        "imaginary": "imaginary imag im",
+        "magnitude": "magnitude mag amplitude ampl amp abs modulus",
+        "decibel": "decibels decibel db",
+        "degrees": "degrees degree deg °",
+        "radians": "radians radian rad",
+        "phase": "phase angle",
+        "coherence": "coherence coh",
+    }.items()
+    for word in words.split()
 }
 """Words in headings, and the part that they mean; a `phase` is in degrees or radians."""
 

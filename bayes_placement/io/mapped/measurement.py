@@ -20,8 +20,6 @@ from . import _lines_needed, _values
 from .channel_table import ChannelRow
 from .mapping import FrfRule, Mapping
 
-_CHUNK = 1 << 20
-
 
 class ImportReport(NamedTuple):
     """What an import did.
@@ -76,16 +74,10 @@ def report(
     measurement: Measurement,
 ) -> ImportReport:
     """Make the report of a file that was read."""
-    source = f"{path} is {form} of {path.stat().st_size} bytes, sha256 {_checksum(path)[:16]}."
-    return ImportReport(source, tuple(sentences), dict(left_out), repr(measurement))
-
-
-def _checksum(path: Path) -> str:
-    digest = hashlib.sha256()
     with path.open("rb") as file:
-        while chunk := file.read(_CHUNK):
-            digest.update(chunk)
-    return digest.hexdigest()
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
+    source = f"{path} is {form} of {path.stat().st_size} bytes, sha256 {digest[:16]}."
+    return ImportReport(source, tuple(sentences), dict(left_out), repr(measurement))
 
 
 _OF_BLOCK = ("coherence", "sensors", "actuators")
