@@ -21,7 +21,7 @@ _EPOCH = np.datetime64("1970-01-01T00:00:00")
 def read(path: str, extra: str, **settings: Any) -> Read:
     """Read a file by the library of an extra."""
     if extra == "nastran":
-        return _nastran(path, **settings)
+        return _matrices_by_name(path, **settings) if settings["names"] else _tables_of_modes(path)
     return {"tdms": _tdms, "mdf": _mdf, "mesh": _mesh, "ansys": _ansys}[extra](path)
 
 
@@ -181,11 +181,6 @@ def _modes(file: Any) -> Read:
 
 
 SHAPE_TABLES = ("oug", "bophig")
-
-
-def _nastran(path: str, names: list[str]) -> Read:
-    """Entries of matrices by their names, or nodes and modes where none is named."""
-    return _matrices_by_name(path, names) if names else _tables_of_modes(path)
 
 
 def _matrices_by_name(path: str, names: list[str]) -> Read:

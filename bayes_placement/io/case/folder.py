@@ -106,7 +106,10 @@ def read(folder: str | Path) -> Study:
 def _study(case: JsonObject, folder: Path) -> Study:
     check_known(case)
     nominal = nominal_structure(case)
-    sensors, actuators = (_recorded(case, side, nominal) for side in ("sensors", "actuators"))
+    sensors, actuators = (
+        [_recorded(fields, nominal) for fields in case.objects(side, least=1)]
+        for side in ("sensors", "actuators")
+    )
     _check_distinct(sensors, actuators)
     stated = settings(case, sensors, actuators)
     sensor_setup = case.object("measurement").value("sensor_setup", choice(*_SENSOR_SETUPS))
@@ -136,11 +139,7 @@ def _by_level(runs: Runs, levels: tuple[float, ...] | None) -> Measurements:
     return runs[0] if levels is None else runs
 
 
-def _recorded(case: JsonObject, side: str, nominal: NominalStructure) -> list[RecordedTransducer]:
-    return [_recorded_transducer(fields, nominal) for fields in case.objects(side, least=1)]
-
-
-def _recorded_transducer(fields: JsonObject, nominal: NominalStructure) -> RecordedTransducer:
+def _recorded(fields: JsonObject, nominal: NominalStructure) -> RecordedTransducer:
     name = fields.value("id", NAME)
     node = fields.value("uff_node", integer(1, 1))
     coordinates = tuple(map(float, fields.value("position_m", position_rule(nominal))))
