@@ -63,7 +63,7 @@ def read_inputs(
         study, measurement = read_both(path, data, command)
     if model_error and study.experiment.model_error is None:
         study = study._replace(experiment=study.experiment.with_model_error(Embedded()))
-    lines = _chosen_lines(screen, study, measurement, most_lines)
+    lines = chosen_lines(screen, study, measurement, most_lines)
     study = study._replace(experiment=lines.experiment)
     has_error = study.experiment.model_error is not None
     settings = {"lines": most_lines, "model_error": has_error, **settings}
@@ -74,7 +74,7 @@ def read_inputs(
     return Inputs(screen, run, study, measurement, faults)
 
 
-def _chosen_lines(
+def chosen_lines(
     screen: Screen, study: model.Study, measurement: Measurements, most: int | None
 ) -> ChosenLines:
     """Choose lines; where they were not measured, faults of the data say why, as in rad/s."""

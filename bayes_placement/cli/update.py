@@ -148,7 +148,7 @@ def _conclude(
     table = summaries.numbers(rows).reset_index().to_dict("records")
     told = {"parameters": table, "sentences": [*comparison.words(), *peaks], "left_out": left_out}
     sentences = [verdict, *comparison.words()[:-1], *peaks, *left_out]
-    warned = _warned(results)
+    warned = [[name, line] for name, result in results.items() for line in warnings_of(result)]
     experiment, measurement = sources.study.experiment, sources.measurement
     _write(results, comparison, run)
     run.verdict(verdict)
@@ -168,11 +168,6 @@ def _failure(result: xr.DataTree, sources: Sources) -> list[str]:
         f"`{sources.command('check')}` says where it fails, `{sources.command('improve')}` adds "
         "what it lacks."
     ]
-
-
-def _warned(results: Results) -> list[list[str]]:
-    """What each method warns of."""
-    return [[name, line] for name, result in results.items() for line in warnings_of(result)]
 
 
 def _verdict(rows: list[summaries.UnknownSummary], method: str) -> str:

@@ -18,15 +18,16 @@ from .candidates import Position, added, placed_at
 from .messages import Message
 from .page_frames import (
     REPORT,
+    Slider,
     Surroundings,
     curves_frame,
     model_frame,
     modes_for_page,
+    sliders,
     state_for_page,
 )
 from .response import LastUsed, Response, ResponseOf, items_of
 from .session import Session
-from .sliders import Slider, sliders
 from .worker import AskedOfWorker, Told, Worker
 
 if TYPE_CHECKING:
