@@ -13,7 +13,7 @@ from ...experiment._measurement_words import counted
 from ...experiment.measurement import Measurement
 from ...experiment.quantities import quantity_of
 from ...positions.channel import Channel, match, parsed
-from .._frf_units import FrfUnit, VoltageUnit
+from .._frf_units import VOLTAGES, Scale
 from .._gate import check_plausible, reading, usable_lines
 from ..arrays import NamedArrays
 from . import _lines_needed, _values
@@ -93,7 +93,7 @@ class Assembled(NamedTuple):
     frequency: np.ndarray
     sensors: tuple[str, ...]
     actuators: tuple[str, ...]
-    unit: FrfUnit | VoltageUnit
+    unit: Scale
     sentences: list[str]
 
 
@@ -117,8 +117,8 @@ def measurement_of(
         measurement = _named(in_si, mapping, rows)
         check_axes(measurement, rows)
         check_plausible(source.path, frf=measurement.frf[measurement.measured])
-    sentences = [*raw.sentences, sentence, *_of_settings(measurement, mapping)]
-    unscaled = rows if isinstance(raw.unit, FrfUnit) else []
+    sentences = [*raw.sentences, sentence, *_of_settings(measurement)]
+    unscaled = [] if raw.unit.quantity == VOLTAGES else rows
     several = f"{counted(int(np.sum(~usable)), 'line')}"
     unusable = {} if usable.all() else {several: "their coherence or their FRFs are no measurement"}
     left_out = {
@@ -229,15 +229,14 @@ def _in_si(raw: Assembled, mapping: Mapping, rows: list[ChannelRow]) -> tuple[As
     """Values in SI under exp(+i w t), and a sentence on their unit."""
     frf = np.conj(raw.frf) if mapping.conjugate else raw.frf
     sign = f", {CONJUGATED}" if mapping.conjugate else ""
-    if isinstance(raw.unit, FrfUnit):
-        factor, quantity = raw.unit.factor, raw.unit.quantity
+    quantity, factor = raw.unit
+    if quantity != VOLTAGES:
         words = f"Unit: {quantity}, times {factor:g} to {quantity_of(quantity).unit}"
         scaled = raw._replace(frf=frf * factor)
     else:
         factors, quantity = _by_sensitivity(raw, rows)
         words = f"Unit: voltages, divided by the sensitivities of the channel table to {quantity}"
-        unit = FrfUnit(quantity, 1.0)
-        scaled = raw._replace(frf=frf * raw.unit.factor * factors, unit=unit)
+        scaled = raw._replace(frf=frf * factor * factors, unit=Scale(quantity, 1.0))
     return scaled, f"{words}{sign}."
 
 
@@ -276,7 +275,6 @@ def _row(label: str, rows: list[ChannelRow], role: str) -> ChannelRow:
 
 def _named(raw: Assembled, mapping: Mapping, rows: list[ChannelRow]) -> Measurement:
     """The measurement, with directions and positions of the channel table."""
-    quantity = raw.unit.quantity if isinstance(raw.unit, FrfUnit) else ""
     sensors, actuators = parsed(raw.sensors), parsed(raw.actuators)
     if rows:
         sensors = tuple(_with_direction(channel, rows, "sensor") for channel in sensors)
@@ -286,7 +284,7 @@ def _named(raw: Assembled, mapping: Mapping, rows: list[ChannelRow]) -> Measurem
         raw.frequency,
         sensors=sensors,
         actuators=actuators,
-        quantity=quantity,
+        quantity=raw.unit.quantity,
         coherence=raw.coherence,
         averages=mapping.averages,
         positions=positions_of(rows),
@@ -341,7 +339,7 @@ def positions_of(rows: list[ChannelRow]) -> dict[str, tuple[float, float, float]
     return {row.name: row.position for row in rows if row.position is not None}
 
 
-def _of_settings(measurement: Measurement, mapping: Mapping) -> list[str]:
+def _of_settings(measurement: Measurement) -> list[str]:
     """Sentences on coherence and averages."""
     sentences = []
     if measurement.coherence is None:
