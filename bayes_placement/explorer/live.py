@@ -81,8 +81,9 @@ class LivePage:
         for frame in (*self._curves.values(), *self._found.values()):
             self.send(frame)
         self._tell_task(self._task)
-        if not self._has_begun:
-            self._begin()
+        if not self._has_begun:  # once a page shows the model as drawn
+            self._has_begun = True
+            self._background.look_at_given()
 
     def greeting(self) -> list[bytes]:
         """Frames that show one more page what others show, for any thread; none at first."""
@@ -92,11 +93,6 @@ class LivePage:
     def prepare(self) -> None:
         """Compile the response, which the first page needs at once."""
         self.response(self.session.model)
-
-    def _begin(self) -> None:
-        """Let the background worker look at the model as given, once a page shows it as drawn."""
-        self._has_begun = True
-        self._background.look_at_given()
 
     def handle(self, message: Message, others_wait: bool = False) -> None:
         """Do what a page asks for; what cannot be done is told in a sentence."""

@@ -85,7 +85,7 @@ def _item(fits: dict[str, xr.Dataset]) -> Item:
         _draw_response(axes[0, 0], shown, name, colour)
         if has_phase:
             _draw_phase(axes[1, 0], shown, colour)
-        _draw_error(axes[-1, 0], shown, name, colour)
+        _draw_error(axes[-1, 0], shown, colour)
     _show_fitted(axes[0, 0], [*fits.values()][-1])
     if AS_DRAWN in fits:
         drawn = fits[AS_DRAWN]
@@ -150,7 +150,7 @@ def _draw_measured(axes: np.ndarray, fit: xr.Dataset, has_phase: bool) -> None:
         axes[1, 0].plot(lines, fit["measured_phase"].values, "o", **style)
 
 
-def _draw_error(panel: Axes, fit: xr.Dataset, name: str, colour: str) -> None:
+def _draw_error(panel: Axes, fit: xr.Dataset, colour: str) -> None:
     values = np.where(fit["error"].values > 0, fit["error"].values, np.nan)
     panel.plot(fit["frequency"].values, values, **line_style(colour))
     panel.set_yscale("log")
