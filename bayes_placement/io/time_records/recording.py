@@ -16,7 +16,8 @@ from .records import Records, Samples, positive, same_rate
 
 FORCE_QUANTITY = "force"
 
-_AMOUNT = re.compile(r"\s*(?P<number>[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?)?\s*(?P<unit>\S.*?)\s*")
+_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_AMOUNT = re.compile(rf"\s*(?P<number>{_NUMBER})?\s*(?P<unit>\S.*?)\s*")
 
 
 @with_short_repr
@@ -216,18 +217,10 @@ def _amount(what: str, text: Any) -> tuple[float, str]:
     """Number and unit of a text such as `2.25 mV/N`; 1 without a number."""
     check_kind(what, text, str, "a unit as text is needed, since none is guessed", f"{what}='N'")
     match = _AMOUNT.fullmatch(text)
-    number = float(match["number"] or 1) if match and _is_number(match["number"]) else np.nan
+    number = float(match["number"] or 1) if match else np.nan
     if match is None or not (np.isfinite(number) and number != 0):
         raise _unknown(what, text, "10 V" if what == "unit" else "100 mV/g")
     return number, match["unit"]
-
-
-def _is_number(text: str | None) -> bool:
-    try:
-        float(text or 1)
-    except ValueError:
-        return False
-    return True
 
 
 def _unknown(what: str, text: str, examples: str) -> InputError:
