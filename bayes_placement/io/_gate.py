@@ -131,12 +131,6 @@ def files_read() -> Iterator[list[Path]]:
         _FILES_READ.reset(token)
 
 
-def _note(path: Path) -> None:
-    files = _FILES_READ.get()
-    if files is not None and path not in files:
-        files.append(path)
-
-
 @contextmanager
 def reading(path: Path, contents: str, remedy: str, *, is_timed: bool = True) -> Iterator[None]:
     """Turn what goes wrong while a file is read into an error that names the file.
@@ -148,7 +142,9 @@ def reading(path: Path, contents: str, remedy: str, *, is_timed: bool = True) ->
     try:
         with time_limit(path) if is_timed else nullcontext():
             yield
-        _note(path)
+        files = _FILES_READ.get()
+        if files is not None and path not in files:
+            files.append(path)
     except (MissingExtraError, FileWarning):
         raise
     except InputError as error:

@@ -110,7 +110,9 @@ def _study(case: JsonObject, folder: Path) -> Study:
         [_recorded(fields, nominal) for fields in case.objects(side, least=1)]
         for side in ("sensors", "actuators")
     )
-    _check_distinct(sensors, actuators)
+    check_distinct("id", [transducer.fields for transducer in (*sensors, *actuators)])
+    for side in (sensors, actuators):  # a sensor and an actuator may share a node
+        check_distinct("uff_node", [transducer.fields for transducer in side])
     stated = settings(case, sensors, actuators)
     sensor_setup = case.object("measurement").value("sensor_setup", choice(*_SENSOR_SETUPS))
     with_priors = structure(case, nominal, stated.band[1])
@@ -159,13 +161,6 @@ def _transducer(
         gain=gain(recorded),
         delay=delay(recorded),
     )
-
-
-def _check_distinct(sensors: list[RecordedTransducer], actuators: list[RecordedTransducer]) -> None:
-    """Refuse a name of two transducers, and a node of two sensors or of two actuators."""
-    check_distinct("id", [transducer.fields for transducer in (*sensors, *actuators)])
-    for side in (sensors, actuators):
-        check_distinct("uff_node", [transducer.fields for transducer in side])
 
 
 def position_rule(nominal: NominalStructure) -> FieldRule:

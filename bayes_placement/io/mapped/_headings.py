@@ -193,8 +193,11 @@ def _of_named_arrays(source: NamedArrays) -> Json:
     if not set(_ARRAY_NAMES) <= source.arrays.keys():
         return {}
     axes = ["sensor", "actuator", "frequency"]
+    units = {word: known.ascii_unit for known in QUANTITIES for word in (known.frf, known.motion)}
+    quantity = str(source.arrays["quantity"]).strip()
+    unit = units.get(quantity, quantity or "none")  # the word itself is no unit
     fields: Json = {
-        "frf": {"array": "frf", "axes": axes, "unit": _unit(str(source.arrays["quantity"]))},
+        "frf": {"array": "frf", "axes": axes, "unit": unit},
         "frequency": {"array": "frequency", "unit": "Hz"},
         "sensors": "sensors",
         "actuators": "actuators",
@@ -205,12 +208,6 @@ def _of_named_arrays(source: NamedArrays) -> Json:
     if averages is not None and averages.size == 1 and averages.dtype.kind in "iuf":
         fields["averages"] = int(averages.item())
     return fields
-
-
-def _unit(quantity: str) -> str:
-    """Unit in SI; the word itself, which is no unit, where it is no quantity."""
-    units = {word: known.ascii_unit for known in QUANTITIES for word in (known.frf, known.motion)}
-    return units.get(quantity.strip(), quantity.strip() or "none")
 
 
 def _of_columns(source: NamedArrays) -> Json:

@@ -86,15 +86,18 @@ def _item(fits: dict[str, xr.Dataset]) -> Item:
         if has_phase:
             _draw_phase(axes[1, 0], shown, colour)
         _draw_error(axes[-1, 0], shown, colour)
-    _show_fitted(axes[0, 0], [*fits.values()][-1])
+    last = [*fits.values()][-1]  # a model as drawn may lie far below
+    is_log = str(last["measured"].attrs["units"]).startswith(LOGARITHM)
+    curves = [_decibel(last[word].values, is_log) for word in ("measured", "predicted")]
+    show_all_of(axes[0, 0], curves)
     if AS_DRAWN in fits:
         drawn = fits[AS_DRAWN]
         mark_outside(axes[0, 0], drawn.isel(frequency=thinned(drawn["predicted"].values)))
     _draw_measured(axes, first.isel(frequency=thinned(first["measured"].values)), has_phase)
-    _draw_floors(axes[-1, 0], [*fits.values()][-1])
+    _draw_floors(axes[-1, 0], last)
     axes[-1, 0].set_xlabel("frequency [Hz]")
     legend(figure, axes)
-    errs = float([*fits.values()][-1]["model_error"].max()) > 0
+    errs = float(last["model_error"].max()) > 0
     expected = "the noise and the model error" if errs else "the noise"
     caption = (
         f"Dots below the lines: measured; lines: predicted at {title}; as drawn: before any fit; "
@@ -124,12 +127,6 @@ def _draw_response(panel: Axes, fit: xr.Dataset, name: str, colour: str) -> None
 def _bracket(unit: str) -> str:
     """What stands in the brackets of a unit: (m/s²)/N."""
     return unit[unit.rfind("[") + 1 :].removesuffix("]")
-
-
-def _show_fitted(panel: Axes, fit: xr.Dataset) -> None:
-    """Show what was measured and fitted; a model as drawn may lie far below."""
-    logarithm = str(fit["measured"].attrs["units"]).startswith(LOGARITHM)
-    show_all_of(panel, [_decibel(fit[w].values, logarithm) for w in ("measured", "predicted")])
 
 
 def _draw_phase(panel: Axes, fit: xr.Dataset, colour: str) -> None:
