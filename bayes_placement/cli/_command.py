@@ -17,7 +17,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from ._errors import errors_in_words
 from ._options import AsJson, NoCache, Quiet, Traceback, WriteReport, out
-from ._user_cache import cache_folder, delete_old_files
+from .results import cache_folder, delete_old_files, folder_of_fits
 
 if TYPE_CHECKING:
     from ._run import Output
@@ -55,8 +55,6 @@ def begun(options: Common) -> Iterator["Output"]:
         )
         fits = None
         if not options.no_cache:
-            from ._user_cache import folder_of_fits
-
             use_compilation_cache()
             fits = folder_of_fits()
         if options.searches:

@@ -1,9 +1,13 @@
 """What every command begins with: the study, its measurement, the folder, the posterior."""
 
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .._shared.errors import InputError, UsageError
+from .._shared.errors import InfeasibleError, InputError, UsageError
+from .._shared.progress import Progress
 from ..experiment.data_checks import DataChecks
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.modal_parameters import ModalParameters
@@ -15,6 +19,11 @@ from ..io._modal_arrays import holds_modal_parameters
 from ._lines import ChosenLines, choose_lines
 from ._run import KeptAnswer, Output, Run
 from ._terminal import Screen
+
+if TYPE_CHECKING:  # they take long to import, and a page stands before
+    import xarray as xr
+
+    from ..inference.cross_check import Method
 
 
 class Inputs(NamedTuple):
@@ -54,7 +63,7 @@ def read_inputs(
         study, measurement = read_both(path, data, command)
     if model_error and study.experiment.model_error is None:
         study = study._replace(experiment=study.experiment.with_model_error(Embedded()))
-    lines = _chosen_lines(screen, study, measurement, most_lines)
+    lines = chosen_lines(screen, study, measurement, most_lines)
     study = study._replace(experiment=lines.experiment)
     has_error = study.experiment.model_error is not None
     settings = {"lines": most_lines, "model_error": has_error, **settings}
@@ -65,7 +74,7 @@ def read_inputs(
     return Inputs(screen, run, study, measurement, faults)
 
 
-def _chosen_lines(
+def chosen_lines(
     screen: Screen, study: model.Study, measurement: Measurements, most: int | None
 ) -> ChosenLines:
     """Choose lines; where they were not measured, faults of the data say why, as in rad/s."""
@@ -139,3 +148,70 @@ def measured(study: model.Study, data: Path | None, path: Path, command: str) ->
             f"needed: bayes-placement {command} {path} --data measured.uff"
         )
     return study.measurement
+
+
+def named_method(study: model.Study, engine: str, marginal: str) -> "Method":
+    """Return a method by its names, with the engine of the study where it is of that kind."""
+    from ..inference import cross_check
+
+    method = cross_check.method(engine, marginal)
+    if study.engine is not None and type(study.engine) is type(method.engine):
+        return method._replace(engine=study.engine)
+    return method
+
+
+def infer_posterior(
+    experiment: Experiment,
+    measurement: Measurements,
+    method: "Method",
+    seed: int,
+    progress: Progress,
+) -> "xr.DataTree":
+    """Infer by a method; its warnings become lines of the report."""
+    from ..inference.infer import InferenceWarning, infer
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", InferenceWarning)
+        return infer(
+            experiment,
+            measurement,
+            engine=method.engine,
+            marginal=method.marginal,
+            key=seed,
+            progress=progress,
+        )
+
+
+@contextmanager
+def fits_of_model(inputs: Inputs) -> Iterator[None]:
+    """Keep the fits of what follows for later runs, and say how many of earlier runs were taken."""
+    from ..criticism.kept_fits import fits_kept_in
+
+    with fits_kept_in(inputs.run.fits) as fits:
+        yield
+    if fits is not None and fits.taken:
+        inputs.screen.text(
+            f"Fits and scans of an earlier run that are used again: {fits.taken} of {fits.folder}/"
+        )
+
+
+def method_from_fit(inputs: Inputs, engine: str) -> tuple["Method", tuple[str, ...]]:
+    """Return the method of an engine, and what to doubt in the fit that it begins at.
+
+    Laplace's method begins at the fit that `explain` and `improve` begin with, unless the study
+    says how its modes are searched for, or a prior has no inverse distribution function.
+    """
+    from ..criticism.missing.as_given import fitted_as_given
+    from ..inference.engines.map import MAP
+
+    method = named_method(inputs.study, engine, "latent")
+    if not isinstance(method.engine, MAP) or method.engine is inputs.study.engine:
+        return method, ()
+    try:
+        with fits_of_model(inputs), inputs.screen.progress(["fit"]) as begin:
+            progress = begin("fit")
+            fit = fitted_as_given(inputs.experiment, inputs.measurement)
+            progress(1.0)
+    except InfeasibleError:
+        return method, ()
+    return method._replace(engine=MAP(begin=fit.values)), fit.cautions

@@ -13,8 +13,7 @@ from ..experiment.experiment import Experiment, Measurements
 from ..experiment.modal_parameters import ModalParameters
 from ..io.model import Study
 from ..positions.channel import is_printable
-from ._inputs import Inputs, read_inputs, read_measurement
-from ._posterior import fits_of_model
+from ._inputs import Inputs, fits_of_model, read_inputs, read_measurement
 from ._run import KeptAnswer, Output
 from ._save import CompletedModel
 from ._terminal import command_on

@@ -13,8 +13,7 @@ from ..plots import misfit as plots
 from ..plots import modes as mode_plots
 from ..plots import posterior as posterior_plots
 from ._findings import FINDINGS, best_draw, of_check, of_models
-from ._inputs import Inputs, read_inputs
-from ._posterior import infer_posterior, method_from_fit
+from ._inputs import infer_posterior, method_from_fit, read_inputs
 from ._run import Drawing, Output, Run, numbered
 from ._terminal import command_on
 
@@ -42,7 +41,10 @@ def run(
         misfit = check(posterior)
     screen.verdict(misfit.verdict())
     screen.table(misfit.table(), "group")
-    beside = _identified(inputs, posterior) if output.report else []
+    beside = []
+    if output.report:  # modes of the FRFs alone, which take some seconds
+        values = best_draw(inputs.experiment, posterior)
+        beside = identified_beside_model(inputs.experiment, inputs.measurement, values)
     sentences = [*misfit.words(), *cautions, *warnings_of(posterior), *beside]
     told = {misfit.verdict(), *inputs.data_faults}
     screen.list(sentence for sentence in sentences if sentence not in told)
@@ -58,12 +60,6 @@ def run(
     run.tree(FINDINGS, kept)
     run.figures(*_drawings(posterior, misfit, kept))
     return run.finish(screen, misfit.verdict(), {"sentences": sentences}, passed=misfit.passed)
-
-
-def _identified(inputs: Inputs, posterior: xr.DataTree) -> list[str]:
-    """Sentences on modes of the FRFs alone, beside those of the model; some seconds."""
-    values = best_draw(inputs.experiment, posterior)
-    return identified_beside_model(inputs.experiment, inputs.measurement, values)
 
 
 def write(misfit: Misfit, sentences: list[str], run: Run) -> None:

@@ -8,7 +8,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .._shared.errors import InputError
 from .._shared.files import Json
 from .._shared.progress import Progress
 from ..experiment.experiment import Measurements
@@ -18,10 +17,8 @@ from ..explorer.page_frames import LongSave
 from ..inference.engines import MAP
 from ..io._gate import files_read
 from ..io.model import Study
-from ._inputs import Inputs, print_data_faults, read_both
-from ._lines import choose_lines
+from ._inputs import Inputs, chosen_lines, infer_posterior, named_method, read_both
 from ._missing_effects import Request
-from ._posterior import infer_posterior, named_method
 from ._run import Run
 from ._save import CompletedModel
 from ._terminal import Screen
@@ -70,11 +67,8 @@ def _read(request: Request) -> tuple[Inputs, str]:
     experiment = study.experiment
     if request.model_error and experiment.model_error is None:
         experiment = experiment.with_model_error(Embedded())
-    try:
-        lines = choose_lines(experiment, measurement, request.most_lines)
-    except InputError:
-        print_data_faults(output.screen, study, measurement)
-        raise
+    study = study._replace(experiment=experiment)
+    lines = chosen_lines(output.screen, study, measurement, request.most_lines)
     study = study._replace(experiment=lines.experiment)
     run = output.begin("explore", request.path, files=files, lines=request.most_lines)
     output.screen.text(lines.sentence)

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import xarray as xr
 from matplotlib.figure import Figure
@@ -17,7 +16,7 @@ from ..criticism.missing.ledger import Ledger, misfit_columns
 from ..criticism.missing.ranking import Ranking
 from ..criticism.missing.states import LedgerOfStates
 from ..criticism.reach.reach import Reach
-from ..experiment.experiment import Experiment, Measurements
+from ..experiment.experiment import Measurements
 from ..inference.engines import MAP
 from ..io.laws import SIDES
 from ..plots import ledger as ledger_plots
@@ -27,9 +26,8 @@ from ..plots import reach as reach_plots
 from ..plots.report._style import look
 from ..plots.report._svg import as_file, svg_of
 from ._findings import FINDINGS, of_models, of_result, where_next
-from ._inputs import Inputs
+from ._inputs import Inputs, infer_posterior, named_method
 from ._missing_effects import Request
-from ._posterior import infer_posterior, named_method
 from ._run import Drawing, Run, numbered
 from ._save import CompletedModel
 from ._terminal import Screen, command_on
@@ -98,7 +96,8 @@ def _run_states(request: Request, inputs: Inputs, states: Mapping[str, Measureme
     for label, measurement in [*states.items()][:-1]:  # those of the last were printed
         faults = inputs.experiment.check_data(measurement).sentences()
         screen.list(f'"{label}": {fault}' for fault in faults)
-    ledger = request.searched("improve", _improve_states, inputs, states)
+    of_states: Callable[..., LedgerOfStates] = improve
+    ledger = request.searched("improve", of_states, inputs, states)
     verdict, *further = ledger.words()
     screen.verdict(verdict)
     screen.table(ledger.table(), "effect")
@@ -115,23 +114,19 @@ def _run_states(request: Request, inputs: Inputs, states: Mapping[str, Measureme
     return run.finish(screen, verdict, ledger.to_json(), passed=explained)
 
 
-def _improve_states(
-    experiment: Experiment, states: Mapping[str, Measurements], **settings: Any
-) -> LedgerOfStates:
-    return improve(experiment, states, **settings)
-
-
 def write(ledger: Ledger, inputs: Inputs, run: Run) -> list[str]:
     """Write what was found, and return where to measure next in words."""
     falls = [lambda: {"error_falls.png": ledger_plots.error_falls(ledger)}]
-    following = write_result(ledger, "ledger", inputs, run, falls, _drawings)
+    following = write_result(
+        ledger,
+        "ledger",
+        inputs,
+        run,
+        falls,
+        lambda kept: [lambda: _before_and_after(kept), lambda: residual_maps(kept)],
+    )
     run.table("compared.csv", ledger.compared, index=False)
     return following
-
-
-def _drawings(kept: xr.DataTree) -> list[Drawing]:
-    """Figures of the model as given and with all effects, and of where its error lies."""
-    return [lambda: _before_and_after(kept), lambda: residual_maps(kept)]
 
 
 def _before_and_after(kept: xr.DataTree) -> dict[str, Figure]:

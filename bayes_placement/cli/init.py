@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, TypeAlias
 
 from .._shared.errors import UsageError
 from .._shared.files import write_atomically
@@ -117,11 +117,8 @@ EXAMPLE_ACTUATORS = """\
     bp.Actuator("a1", at=bp.positions.Segment(0.4, within=0.01)),"""
 
 
-class NewFiles(NamedTuple):
-    """What was written to begin with, and a sentence on what to do with it."""
-
-    sentence: str
-    files: list[Path]
+NewFiles: TypeAlias = tuple[str, list[Path]]
+"""A sentence on what to do with what was written to begin with, and the files."""
 
 
 def run(folder: Path, channels: Path | None, as_case: bool = False) -> NewFiles:
@@ -129,17 +126,12 @@ def run(folder: Path, channels: Path | None, as_case: bool = False) -> NewFiles:
 
     Without a channel table, channels are to be changed. As a case it is a mapping for `import`.
     """
-    _check_folder(folder)
-    return _write_mapping(folder, channels) if as_case else _write_model(folder, channels)
-
-
-def _check_folder(folder: Path) -> None:
-    """Refuse a folder that is a file."""
     if folder.is_file():
         raise UsageError(
             f"{folder} is a file; a folder is needed, which is made if it is not there: "
             f"bayes-placement init {folder.with_suffix('')}-model."
         )
+    return _write_mapping(folder, channels) if as_case else _write_model(folder, channels)
 
 
 def _free(path: Path) -> Path:
@@ -169,7 +161,7 @@ def _write_mapping(folder: Path, channels: Path | None) -> NewFiles:
         f"mapping says CHANGE, and put the file of FRFs beside them. Next: bayes-placement import "
         f"{folder} --out {folder / 'case'}"
     )
-    return NewFiles(sentence, [path, target])
+    return sentence, [path, target]
 
 
 def _write_model(folder: Path, channels: Path | None) -> NewFiles:
@@ -185,7 +177,7 @@ def _write_model(folder: Path, channels: Path | None) -> NewFiles:
         f"A model was written to {path}: change it where it says CHANGE. Next: "
         f"bayes-placement show {path}"
     )
-    return NewFiles(sentence, [path])
+    return sentence, [path]
 
 
 def _rows(channels: Path) -> "Sequence[ChannelRow]":

@@ -33,8 +33,7 @@ from ..io.model import Study
 from ..plots import placement as plots
 from ..positions.bounds import in_space
 from ..positions.vectors import Recorded
-from ._inputs import measured, read_study
-from ._posterior import infer_posterior
+from ._inputs import infer_posterior, measured, read_study
 from ._run import Output, Run
 from ._terminal import Screen
 
@@ -95,7 +94,8 @@ def run(path: Path, data: Path | None, options: Options, output: Output) -> int:
     run = output.begin("place", path, files=files, **options._asdict())
     screen.text("\n".join([f"{experiment}\n", *_words_on_lines(all_lines, experiment)]))
     tasks = [EARLIER_DATA] if earlier is not None else []
-    maps = [MAP] if _has_map(positions, options.search) else []
+    # A map is of one or two transducers, and of all placements.
+    maps = [MAP] if options.search == "exhaustive" and len(positions) <= 2 else []
     with (
         workers(options.workers, dask=options.dask) as executor,
         screen.progress([*tasks, PLACE, *maps]) as begin_task,
@@ -207,11 +207,6 @@ def _words_on_lines(all_lines: Experiment, experiment: Experiment) -> list[str]:
         f"{used} of {declared} lines are used, evenly over the band, since more of them take "
         f"longer and need more draws; --lines {declared} uses all."
     ]
-
-
-def _has_map(positions: Positions, search: str) -> bool:
-    """Tell whether a map can be drawn: of one or two transducers, and all placements are tried."""
-    return search == "exhaustive" and len(positions) <= 2
 
 
 def _table(best: Placement) -> pd.DataFrame:

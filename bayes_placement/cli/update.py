@@ -25,8 +25,7 @@ from ..plots import _marginal_panels as pages
 from ..plots import modes as mode_plots
 from ..plots import posterior as plots
 from ._findings import FINDINGS, of_models, of_posterior
-from ._inputs import print_data_faults, read_both
-from ._posterior import infer_posterior, named_method
+from ._inputs import infer_posterior, named_method, print_data_faults, read_both
 from ._run import Drawing, Output, Run, numbered
 from ._terminal import Screen, command_on
 
@@ -149,7 +148,7 @@ def _conclude(
     table = summaries.numbers(rows).reset_index().to_dict("records")
     told = {"parameters": table, "sentences": [*comparison.words(), *peaks], "left_out": left_out}
     sentences = [verdict, *comparison.words()[:-1], *peaks, *left_out]
-    warned = _warned(results)
+    warned = [[name, line] for name, result in results.items() for line in warnings_of(result)]
     experiment, measurement = sources.study.experiment, sources.measurement
     _write(results, comparison, run)
     run.verdict(verdict)
@@ -169,11 +168,6 @@ def _failure(result: xr.DataTree, sources: Sources) -> list[str]:
         f"`{sources.command('check')}` says where it fails, `{sources.command('improve')}` adds "
         "what it lacks."
     ]
-
-
-def _warned(results: Results) -> list[list[str]]:
-    """What each method warns of."""
-    return [[name, line] for name, result in results.items() for line in warnings_of(result)]
 
 
 def _verdict(rows: list[summaries.UnknownSummary], method: str) -> str:

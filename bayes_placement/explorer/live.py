@@ -18,15 +18,16 @@ from .candidates import Position, added, placed_at
 from .messages import Message
 from .page_frames import (
     REPORT,
+    Slider,
     Surroundings,
     curves_frame,
     model_frame,
     modes_for_page,
+    sliders,
     state_for_page,
 )
 from .response import LastUsed, Response, ResponseOf, items_of
 from .session import Session
-from .sliders import Slider, sliders
 from .worker import AskedOfWorker, Told, Worker
 
 if TYPE_CHECKING:
@@ -80,8 +81,9 @@ class LivePage:
         for frame in (*self._curves.values(), *self._found.values()):
             self.send(frame)
         self._tell_task(self._task)
-        if not self._has_begun:
-            self._begin()
+        if not self._has_begun:  # once a page shows the model as drawn
+            self._has_begun = True
+            self._background.look_at_given()
 
     def greeting(self) -> list[bytes]:
         """Frames that show one more page what others show, for any thread; none at first."""
@@ -91,11 +93,6 @@ class LivePage:
     def prepare(self) -> None:
         """Compile the response, which the first page needs at once."""
         self.response(self.session.model)
-
-    def _begin(self) -> None:
-        """Let the background worker look at the model as given, once a page shows it as drawn."""
-        self._has_begun = True
-        self._background.look_at_given()
 
     def handle(self, message: Message, others_wait: bool = False) -> None:
         """Do what a page asks for; what cannot be done is told in a sentence."""

@@ -1,11 +1,11 @@
 """What a page may ask for: each message is checked field by field before anything is done."""
 
 import json
-import math
 from collections.abc import Callable, Mapping
 from typing import NamedTuple, TypeAlias
 
 from .._shared.files import Json
+from ..io._gate import is_number
 
 Check: TypeAlias = Callable[[object], bool]
 
@@ -33,10 +33,6 @@ def _is_name(value: object) -> bool:
     return isinstance(value, str) and 0 < len(value) <= LONGEST_NAME
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-
-
 def _is_count(value: object) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 1_000_000
 
@@ -44,19 +40,15 @@ def _is_count(value: object) -> bool:
 def _is_values(value: object) -> bool:
     if not isinstance(value, dict) or not 0 < len(value) <= MOST_VALUES:
         return False
-    return all(_is_name(k) and _is_number(v) for k, v in value.items())
+    return all(_is_name(k) and is_number(v) for k, v in value.items())
 
 
 def _is_place(value: object) -> bool:
-    return isinstance(value, list) and len(value) == 3 and all(map(_is_number, value))
+    return isinstance(value, list) and len(value) == 3 and all(map(is_number, value))
 
 
 def _or_none(check: Check) -> Check:
     return lambda value: value is None or check(value)
-
-
-def _one_of(*words: str) -> Check:
-    return lambda value: value in words
 
 
 ALLOWED: Mapping[str, Mapping[str, Check]] = {
@@ -74,12 +66,12 @@ ALLOWED: Mapping[str, Mapping[str, Check]] = {
     "fit": {},
     "search": {},
     "reach": {},
-    "band": {"low": _is_number, "high": _is_number},
-    "bound": {"low": _is_number, "high": _is_number, "serial": _is_count},
+    "band": {"low": is_number, "high": is_number},
+    "bound": {"low": is_number, "high": is_number, "serial": _is_count},
     "port": {"acts_on": _is_name},
     "modes": {},
     "stop": {},
-    "save": {"what": _one_of("model", "case", "report")},
+    "save": {"what": ("model", "case", "report").__contains__},
 }
 """Words and fields of messages, each with what is allowed in it; all are needed."""
 
@@ -107,4 +99,4 @@ def _plain(value: object, allowed: Check) -> object:
         return {name: float(number) for name, number in value.items()}
     if isinstance(value, list):
         return tuple(map(float, value))
-    return float(value) if isinstance(value, int) and allowed is _is_number else value
+    return float(value) if isinstance(value, int) and allowed is is_number else value

@@ -157,11 +157,10 @@ def opened(
 ) -> Explorer:
     """Open a page, and take up what was done on it before."""
     # What takes long to import comes once the page stands.
-    from .kept import FOLDER, kept_page
     from .live import LivePage
     from .page_frames import Surroundings
     from .server import PageServer, Post
-    from .session import HEAD, Session
+    from .session import FOLDER, HEAD, Session, kept_page
 
     check_experiment(experiment, "explore")
     if experiment.observe.is_modal:

@@ -22,7 +22,7 @@ def as_drawn(experiment: Experiment) -> dict[str, float]:
     {'structure.damping.ratio': 0.04, 'sensor.s1.position': 0.2}
     """
     return {
-        word: _plain(number[0, 0])
+        word: number[0, 0].item()  # that of a node stays whole
         for name, value in experiment.nominal_values().items()
         for word, number in scalars(name, np.asarray(value)[None, None])
     }
@@ -57,8 +57,3 @@ def fit(
     from ..criticism.missing.from_values import fitted_from  # the page stands before it is needed
 
     return fitted_from(experiment, measurement, values, lambda values: None)
-
-
-def _plain(number: np.generic) -> float:
-    """A number as Python has it; that of a node stays whole."""
-    return number.item()

@@ -31,8 +31,7 @@ from ..experiment.variants import with_lines_at
 from ..inference.alternative_explanation import Alternative
 from ..inference.estimates import scalars
 from .candidates import Offered, offered
-from .shared_arrays import SharedArrays
-from .worker import NICE, AskedOfWorker, Task, read, write
+from .worker import NICE, AskedOfWorker, SharedArrays, Task, read, write
 
 LARGE = 600e6
 """Bytes in use from which on compiled functions are forgotten as well."""

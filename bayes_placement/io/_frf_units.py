@@ -11,6 +11,9 @@ FORCE = {"N": 1.0, "mN": 1e-3, "kN": 1e3, "kgf": 9.80665, "lbf": 4.4482216152605
 STANDARD_GRAVITY = {"g": 9.80665, "gn": 9.80665}  # a gram is no acceleration
 FREQUENCY = {"Hz": 1.0, "kHz": 1e3, "rad/s": 1 / math.tau, "1/min": 1 / 60, "rpm": 1 / 60}
 ANGLE = {"rad": 1.0, "deg": math.pi / 180, "°": math.pi / 180}
+VOLTAGES = "voltage over voltage"
+"""Quantity of FRFs that sensitivities turn into another one."""
+
 VOLTAGE = {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "µV": 1e-6}
 _WORDS = {
     "newton": "N",
@@ -48,23 +51,10 @@ _WORD = re.compile(r"[A-Za-z']+")
 _RATES = {in_ascii(quantity.rate): quantity.frf for quantity in QUANTITIES}
 
 
-class FrfUnit(NamedTuple):
-    """Quantity of FRFs in a unit, and the factor of that unit to SI."""
+class Scale(NamedTuple):
+    """Quantity in a unit, that of FRFs for motions, and the factor of that unit to SI."""
 
     quantity: str
-    factor: float
-
-
-class VoltageUnit(NamedTuple):
-    """Factor of the unit of FRFs in voltage over voltage."""
-
-    factor: float
-
-
-class SensitivityUnit(NamedTuple):
-    """What an instrument senses (the quantity of its FRF, or `force`), and its unit [V per SI]."""
-
-    senses: str
     factor: float
 
 
@@ -80,36 +70,36 @@ def _letters(word: re.Match[str]) -> str:
     return _WORDS.get(known) or _WORDS.get(known.removesuffix("s")) or word[0]
 
 
-def frf_unit(label: str) -> FrfUnit | VoltageUnit | None:
+def frf_unit(label: str) -> Scale | None:
     """Return what a unit of FRFs means, such as `(m/s^2)/N`, `g/lbf` or `V/V`; None if unknown."""
     numerator, _, denominator = plain(label).rpartition("/")
     if numerator in VOLTAGE and denominator in VOLTAGE:
-        return VoltageUnit(VOLTAGE[numerator] / VOLTAGE[denominator])
+        return Scale(VOLTAGES, VOLTAGE[numerator] / VOLTAGE[denominator])
     motion = _motion(numerator)
     if motion is None or denominator not in FORCE:
         return None
-    return FrfUnit(motion.quantity, motion.factor / FORCE[denominator])
+    return Scale(motion.quantity, motion.factor / FORCE[denominator])
 
 
-def sensitivity_unit(label: str) -> SensitivityUnit | None:
-    """Return what a unit of a sensitivity means, such as `mV/N`; None if unknown."""
+def sensitivity_unit(label: str) -> Scale | None:
+    """Return what is sensed, or `force`, and a unit such as `mV/N` [V per SI]; None if unknown."""
     voltage, _, sensed = plain(label).partition("/")
     if voltage not in VOLTAGE:
         return None
     if sensed in FORCE:
-        return SensitivityUnit("force", VOLTAGE[voltage] / FORCE[sensed])
+        return Scale("force", VOLTAGE[voltage] / FORCE[sensed])
     motion = _motion(sensed)
-    return SensitivityUnit(motion.quantity, VOLTAGE[voltage] / motion.factor) if motion else None
+    return motion and Scale(motion.quantity, VOLTAGE[voltage] / motion.factor)
 
 
-def _motion(unit: str) -> FrfUnit | None:
+def _motion(unit: str) -> Scale | None:
     """Quantity and factor of a unit of motion, such as `m/s^2`."""
     if unit in STANDARD_GRAVITY:
-        return FrfUnit("accelerance", STANDARD_GRAVITY[unit])
+        return Scale("accelerance", STANDARD_GRAVITY[unit])
     length, slash, rate = unit.partition("/")
     if length not in LENGTH or slash + rate not in _RATES:
         return None
-    return FrfUnit(_RATES[slash + rate], LENGTH[length])
+    return Scale(_RATES[slash + rate], LENGTH[length])
 
 
 def is_unit(label: str) -> bool:

@@ -131,12 +131,6 @@ def files_read() -> Iterator[list[Path]]:
         _FILES_READ.reset(token)
 
 
-def _note(path: Path) -> None:
-    files = _FILES_READ.get()
-    if files is not None and path not in files:
-        files.append(path)
-
-
 @contextmanager
 def reading(path: Path, contents: str, remedy: str, *, is_timed: bool = True) -> Iterator[None]:
     """Turn what goes wrong while a file is read into an error that names the file.
@@ -148,12 +142,16 @@ def reading(path: Path, contents: str, remedy: str, *, is_timed: bool = True) ->
     try:
         with time_limit(path) if is_timed else nullcontext():
             yield
-        _note(path)
+        files = _FILES_READ.get()
+        if files is not None and path not in files:
+            files.append(path)
     except (MissingExtraError, FileWarning):
         raise
     except InputError as error:
-        words = _brief(str(error))
-        if path.name in words and words == str(error):
+        words = str(error)
+        if len(words) > 2000:  # as of a long cell, or a list
+            words = f"{words[:1000]} ... {words[-500:]}"
+        elif path.name in words:
             raise
         raise type(error)(words if path.name in words else f"{path}: {words}") from error
     except OSError as error:
@@ -162,11 +160,6 @@ def reading(path: Path, contents: str, remedy: str, *, is_timed: bool = True) ->
         raise _unreadable(path, contents, remedy, error) from error
     except (Exception, TimeIsUpError) as error:  # libraries raise any for a damaged file
         raise _unreadable(path, contents, remedy, error) from error
-
-
-def _brief(words: str) -> str:
-    """Words with the beginning and the end of what a file makes long, such as a cell or a list."""
-    return words if len(words) <= 2000 else f"{words[:1000]} ... {words[-500:]}"
 
 
 def path_of(path: object) -> Path:

@@ -1,5 +1,6 @@
 """Reads files by libraries that are extras, in a separate process: see `_child.py`."""
 
+import warnings
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -7,6 +8,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     import meshio
+    import pandas as pd
     from ansys.mapdl.reader.full import FullFile
 
 Read = tuple[dict[str, np.ndarray], dict[str, Any]]
@@ -16,8 +18,10 @@ TIMES = "times of group {}"
 _EPOCH = np.datetime64("1970-01-01T00:00:00")
 
 
-def read(path: str, extra: str) -> Read:
+def read(path: str, extra: str, **settings: Any) -> Read:
     """Read a file by the library of an extra."""
+    if extra == "nastran":
+        return _matrices_by_name(path, **settings) if settings["names"] else _tables_of_modes(path)
     return {"tdms": _tdms, "mdf": _mdf, "mesh": _mesh, "ansys": _ansys}[extra](path)
 
 
@@ -174,3 +178,73 @@ def _modes(file: Any) -> Read:
         "shape": np.array([values for _, values in shapes], dtype=float),
     }
     return arrays, {"units": str(file._resultheader.get("units", "")), "directions": names}
+
+
+SHAPE_TABLES = ("oug", "bophig")
+
+
+def _matrices_by_name(path: str, names: list[str]) -> Read:
+    """Entries of matrices, and the names of all in the file."""
+    import scipy.sparse
+    from pyyeti.nastran import op4
+
+    in_file = op4.dir(path, verbose=False)[0]
+    content = op4.read(path, names, sparse=(True, scipy.sparse.coo_array))
+    arrays: dict[str, np.ndarray] = {}
+    for name, matrix in content.items():
+        arrays |= {f"{name} row": matrix.row, f"{name} column": matrix.col}
+        arrays |= {f"{name} value": matrix.data, f"{name} size": np.array(matrix.shape)}
+    return arrays, {"in file": in_file}
+
+
+def _tables_of_modes(path: str) -> Read:
+    """Nodes and eigenvectors in the basic system, and the table of eigenvalues."""
+    from pyyeti.nastran import op2
+
+    warnings.filterwarnings("error", message="(?s).*garbled")
+    with op2.OP2(path) as file:
+        content = file.rdparampost(get_mats=False, get_ougs=True, get_dr_tables=False)
+    shapes = [key for key in content if key.startswith(SHAPE_TABLES) and content[key] is not None]
+    found = {"eigenvectors": shapes, "nodes": "uset" in content, "unplaced": []}
+    if len(shapes) != 1 or not found["nodes"]:
+        return {}, found
+    node, motion, frequency = _eigenvectors(content[shapes[0]])
+    known = content["uset"].index.get_level_values("id")
+    found["unplaced"] = node[~np.isin(node, known)].tolist()
+    if found["unplaced"]:
+        return {}, found
+    position, rotation = grids(content["uset"], node)
+    motion[:, :3] = rotated(motion[:, :3], rotation)
+    motion[:, 3:] = rotated(motion[:, 3:], rotation)
+    arrays = {"node": node, "position": position, "shape": motion, "frequency": frequency}
+    lama = [content[key] for key in content if key.startswith("lama")]
+    return arrays | ({"eigenvalues": lama[-1]} if lama else {}), found
+
+
+def _eigenvectors(table: "pd.DataFrame") -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Numbers of the grid points, their motion in their own systems, and frequencies [Hz]."""
+    grid = table.index.get_level_values("DOF").to_numpy() > 0  # scalar points have no direction
+    number = table.index.get_level_values("Node").to_numpy()[grid][::6].astype(np.int64)
+    motion = table.to_numpy()[grid].reshape(number.size, 6, -1)
+    return number, motion, table.columns.get_level_values(1).to_numpy().astype(float)
+
+
+def grids(uset: "pd.DataFrame", number: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Positions in the basic system, and the rotation of motion into that system."""
+    from pyyeti.nastran import n2p
+
+    points = uset[uset.index.get_level_values("dof") > 0]
+    points = points[points.index.get_level_values("id").isin(number)]
+    points = points.assign(nasset=n2p.mkusetmask("b"))  # pyyeti gives zeros for some other sets
+    known = points.index.get_level_values("id").to_numpy()[::6]
+    row = np.argsort(known)[np.searchsorted(np.sort(known), number)]
+    table = points[["x", "y", "z"]].to_numpy().reshape(-1, 6, 3)
+    rotation = np.broadcast_to(np.eye(3), (known.size, 3, 3))
+    if table[:, 1, 0].any():  # a displacement system is not the basic system
+        rotation = n2p.rbgeom_uset(points)[:, :3].reshape(-1, 6, 3)[:, :3]
+    return table[row, 0], rotation[row]
+
+
+def rotated(motion: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+    """Motion [node, axis, mode] turned by the rotation of each node."""
+    return np.einsum("nji,njm->nim", rotation.astype(motion.dtype), motion)

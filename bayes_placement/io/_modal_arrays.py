@@ -59,10 +59,10 @@ def load_arrays(path: Path, names: dict[int, str]) -> measured_modes.Arguments:
     _check_sizes(roles, frequency.size, {**values, SHAPE: shape})
     order = np.argsort(frequency)
     count = 0 if shape is None else len(shape)
+    names_wanted = (role + suffix for role in NAMES for suffix in ("", "_deviation"))
     arguments: measured_modes.Arguments = {
-        role + suffix: _ordered(values.get(role + suffix), order)
-        for role in NAMES
-        for suffix in ("", "_deviation")
+        name: np.atleast_1d(values[name])[..., order] if name in values else None
+        for name in names_wanted
     }
     arguments[SHAPE] = None if shape is None else shape[:, order]
     labels = (names.get(number, str(number)) for number in range(1, count + 1))
@@ -93,10 +93,6 @@ def _as_written(known: dict[str, np.ndarray], names: dict[int, str]) -> measured
         "sensors": tuple(map(Channel.parse, labels)),
         "number": known["number"] if known["number"].size else None,
     }
-
-
-def _ordered(values: np.ndarray | None, order: np.ndarray) -> np.ndarray | None:
-    return None if values is None else np.atleast_1d(values)[..., order]
 
 
 def _roles(known: dict[str, np.ndarray]) -> dict[str, str]:

@@ -85,9 +85,9 @@ def run(
         return _unpacked(NpzArchive(result, "a result"), complaints)
 
 
-def run_library(path: Path, library: ReaderLibrary) -> ReaderResult:
+def run_library(path: Path, library: ReaderLibrary, **settings: object) -> ReaderResult:
     """Read a file by a library alone, as the script of libraries does."""
-    return run(_LIBRARIES, path, library, extra=library.extra)
+    return run(_LIBRARIES, path, library, extra=library.extra, **settings)
 
 
 def is_installed(library: str) -> bool:

@@ -190,17 +190,13 @@ def _format(contents: str, path: Path) -> Format:
 def _by_content(formats: list[Format], path: Path) -> Format | None:
     """Format by the first bytes; formats of text by their suffix, where there is one."""
     file_content = content.content_of(path)
-    if file_content in (content.TEXT, content.ABAQUS_MATRIX) and _is_text(formats, path):
-        return None
+    if file_content in (content.TEXT, content.ABAQUS_MATRIX):
+        known = _by_suffix(formats, path)  # of text, or told by its suffix alone
+        if known is not None and known.content in ("", content.TEXT, content.UNIVERSAL):
+            return None
     return next(
         (known for known in formats if file_content and known.content == file_content), None
     )
-
-
-def _is_text(formats: list[Format], path: Path) -> bool:
-    """Whether the suffix is that of a format of text, or of one that is known by it alone."""
-    known = _by_suffix(formats, path)
-    return known is not None and known.content in ("", content.TEXT, content.UNIVERSAL)
 
 
 def _by_suffix(formats: list[Format], path: Path) -> Format | None:

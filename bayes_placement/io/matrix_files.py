@@ -231,7 +231,8 @@ def _of_matlab(path: Path, role: str) -> scipy.sparse.csc_array:
     """Return `stiffness` or `mass`: the only matrix in the file, or of such a name."""
     square = {n: m for n, m in _matrices(path).items() if m.ndim == 2 and m.shape[0] == m.shape[1]}
     square = {name: values for name, values in square.items() if values.shape[0] > 1}
-    named = [name for name in square if re.fullmatch(NAMES.get(role, ""), _last(name))]
+    lasts = {name: name.rpartition(".")[2].lower() for name in square}  # of fields of structures
+    named = [name for name, last in lasts.items() if re.fullmatch(NAMES.get(role, ""), last)]
     found = named if len(square) > 1 else [*square]
     if len(found) != 1:
         known = ", ".join(f"{name} ({'x'.join(map(str, m.shape))})" for name, m in square.items())
@@ -241,11 +242,6 @@ def _of_matlab(path: Path, role: str) -> scipy.sparse.csc_array:
             f"with the name {'K' if role == 'stiffness' else 'M'}: save('system.mat', 'K', 'M')."
         )
     return scipy.sparse.csc_array(square[found[0]])
-
-
-def _last(name: str) -> str:
-    """Name of a variable, or of a field of a structure, in lower case."""
-    return name.rpartition(".")[2].lower()
 
 
 def _matrices(path: Path) -> dict[str, np.ndarray | scipy.sparse.csc_array]:

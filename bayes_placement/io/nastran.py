@@ -16,7 +16,6 @@ from . import _reader_process
 from ._gate import existing, reading
 from .matrix_files import SystemMatrices, system_matrices
 
-_READER = Path(__file__).with_name("_nastran_process.py")
 _SECONDS_OF_IMPORT = 20.0  # of pandas, where the disk is slow
 _REMEDY = "Write it again with PARAM,POST,-1, or give the arrays to ModalModel.from_arrays."
 
@@ -135,7 +134,7 @@ def read_matrices(
 
 def _read(path: Path, names: list[str]) -> _reader_process.ReaderResult:
     library = _reader_process.ReaderLibrary("pyyeti", "nastran", _SECONDS_OF_IMPORT)
-    return _reader_process.run(_READER, path, library, names=names)
+    return _reader_process.run_library(path, library, names=names)
 
 
 def _matrix(arrays: dict[str, np.ndarray], name: str) -> scipy.sparse.csc_array:

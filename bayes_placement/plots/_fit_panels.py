@@ -327,3 +327,38 @@ def _name_modes(panel: Axes, frequency: OfModes) -> None:
     panel.set_xticks(range(len(labels)), labels)
     panel.set_xlim(-0.5, len(labels) - 0.5)
     panel.set_xlabel("measured mode, natural frequency [Hz]")
+
+
+LEAST_MISFIT = 1e-3
+"""Misfit below which a point stands at the lower end: data without noise can be fitted exactly."""
+
+
+def told_misfit(
+    scatters: list[float], exact: list[float], plain: list[float]
+) -> tuple[list[float], str]:
+    """Misfit of each step that no error takes up, and what it is: of three, the first known."""
+    if np.isfinite(scatters).all():
+        return scatters, "residual over scatter of lines [1]"
+    if np.isfinite(exact).all():
+        return exact, "reduced chi-square without model error [1]"
+    return plain, "reduced chi-square [1]"
+
+
+def draw_falling(
+    panel: Axes, names: list[str], misfit: list[float], floor: str, *, top: float, beside: float
+) -> None:
+    """Draw the misfit of steps above the noise, with room above (a factor) and beside them."""
+    drawn = np.maximum(misfit, LEAST_MISFIT)
+    panel.plot(range(len(misfit)), drawn, "o-", color=AFTER, label="misfit of the best fit")
+    for number, (value, height) in enumerate(zip(misfit, drawn, strict=True)):
+        panel.annotate(short(value), (number, height), (8, 4), textcoords="offset points")
+    panel.axhline(1.0, color=floor, linestyle="--", label="noise floor of a correct model")
+    panel.set_yscale("log")
+    panel.set_ylim(0.5 * min(1.0, *drawn, 1.0), top * max(1.0, *drawn, 1.0))
+    panel.set_xlim(-beside, len(misfit) - beside)
+    panel.set_xticks(range(len(names)), names)
+
+
+def short(value: float) -> str:
+    """Write a number of at least three digits."""
+    return f"{value:.0f}" if value >= 100 else f"{value:.3g}"

@@ -16,7 +16,7 @@ from ..inference.estimates import scalars
 from ..inference.summary import INTERVAL
 from ..inference.units import ReadableUnit, readable
 from ._colours import AFTER, BEFORE, DATA, FAINT, FOURTH, INK, Style
-from ._figures import PAGE, PANEL, Panels, panels
+from ._figures import PAGE, PANEL, Panels, edges, panels
 
 Draws = Float[np.ndarray, "draw"]
 
@@ -221,22 +221,10 @@ def draw_density(
     panel: Axes, draws: np.ndarray, *, bins: int = BINS, fill: bool = True, **style: Any
 ) -> None:
     """Density of draws; each set over its own range, so that a narrow one keeps its shape."""
-    edges = _cells(draws) if _are_nodes(draws) else np.histogram_bin_edges(draws, bins)
-    density, edges = np.histogram(draws, edges, density=True)
-    panel.stairs(density, edges, fill=fill, **style)
-
-
-def _are_nodes(draws: np.ndarray) -> bool:
-    distinct = np.unique(draws).size
-    return 1 < distinct < min(MOST_NODES, draws.size / 10)
-
-
-def _cells(draws: np.ndarray) -> np.ndarray:
-    """Edges midway between the values, so that a node stands for the interval about it."""
-    values = np.unique(draws)
-    middle = (values[1:] + values[:-1]) / 2
-    first, last = 2 * values[0] - middle[0], 2 * values[-1] - middle[-1]
-    return np.concatenate([[first], middle, [last]])
+    # Edges are midway between nodes, so that each stands for the interval about it.
+    is_of_nodes = 1 < np.unique(draws).size < min(MOST_NODES, draws.size / 10)
+    ends = edges(np.unique(draws)) if is_of_nodes else np.histogram_bin_edges(draws, bins)
+    panel.stairs(*np.histogram(draws, ends, density=True), fill=fill, **style)
 
 
 def draw_true_value(panel: Axes, unknown: ScaledUnknown, truth: Mapping[str, float]) -> None:

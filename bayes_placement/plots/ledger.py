@@ -39,10 +39,13 @@ from ._figures import (
 from ._fit_panels import (
     colours_of,
     draw_error,
+    draw_falling,
     draw_measured,
     draw_phase,
     draw_response,
     mark_outside,
+    short,
+    told_misfit,
 )
 from ._fits import Fits, fits_of
 from ._instruments import thinness
@@ -64,9 +67,6 @@ LETTERS = 32
 
 SMALLEST = 1e-3
 """Probability below which no digits are shown."""
-
-LEAST_MISFIT = 1e-3
-"""Misfit below which a point stands at the lower end: data without noise can be fitted exactly."""
 
 WORST = 3
 """Channel pairs that are drawn where one page does not hold all."""
@@ -233,7 +233,7 @@ def _draw_greatest(panel: Axes, table: pd.DataFrame, kinds: list[str]) -> None:
         if rows.any():
             panel.barh(np.flatnonzero(rows), most["size"][rows], color=color, label=label)
     for row, size in enumerate(most["size"]):
-        panel.annotate(_short(size), (size, row), **_RIGHT_OF)
+        panel.annotate(short(size), (size, row), **_RIGHT_OF)
     panel.margins(x=0.12)
     panel.set_xlim(left=0)
     panel.set_xlabel(f"greatest {_SCORE} [standard deviations]")
@@ -296,15 +296,7 @@ def error_falls(ledger: Ledger, *, ax: Axes | None = None) -> Figure:
     misfit, quantity = _misfit(ledger.steps)
     layout = panels(1, 1, ax)
     panel = layout.only
-    drawn = np.maximum(misfit, LEAST_MISFIT)
-    panel.plot(range(len(misfit)), drawn, "o-", color=SUSPECT, label="misfit of the best fit")
-    for number, (chi2, height) in enumerate(zip(misfit, drawn, strict=True)):
-        panel.annotate(_short(chi2), (number, height), (8, 4), textcoords="offset points")
-    panel.axhline(1.0, color=FLOOR, linestyle="--", label="noise floor of a correct model")
-    panel.set_yscale("log")
-    panel.set_ylim(0.5 * min(1.0, *drawn, 1.0), 2 * max(1.0, *drawn, 1.0))
-    panel.set_xlim(-0.5, len(misfit) - 0.5)
-    panel.set_xticks(range(len(names)), names)
+    draw_falling(panel, names, misfit, FLOOR, top=2.0, beside=0.5)
     panel.set_xlabel("model [effects added one after the other]")
     panel.set_ylabel(quantity)
     return layout.with_legend()
@@ -313,13 +305,11 @@ def error_falls(ledger: Ledger, *, ax: Axes | None = None) -> Figure:
 def _misfit(steps: Sequence[FittedModel]) -> tuple[list[float], str]:
     """Misfit of each step that no error takes up, and what it is."""
     noises = [step.noise_needed for step in steps]
-    scatters = [noise.over_scatter for noise in noises if noise is not None]
-    if len(scatters) == len(steps) and np.all(np.isfinite(scatters)):
-        return scatters, "residual over scatter of lines [1]"
-    exact = [step.chi2_when_exact for step in steps]
-    if np.all(np.isfinite(exact)):
-        return exact, "reduced chi-square without model error [1]"
-    return [step.chi2_per_datum for step in steps], "reduced chi-square [1]"
+    return told_misfit(
+        [np.nan if noise is None else noise.over_scatter for noise in noises],
+        [step.chi2_when_exact for step in steps],
+        [step.chi2_per_datum for step in steps],
+    )
 
 
 @arguments_checked
@@ -387,7 +377,3 @@ def before_and_after(result: Fits, *, axes: Sequence[Axes] | np.ndarray | None =
             mark_outside(panel, channel)
     share_frequency(layout.axes, rows)
     return layout.with_legend()
-
-
-def _short(value: float) -> str:
-    return f"{value:.0f}" if value >= 100 else f"{value:.3g}"

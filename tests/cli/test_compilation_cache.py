@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from bayes_placement.cli import _command, _user_cache
+from bayes_placement.cli import _command
+from bayes_placement.cli import results as _user_cache
 from bayes_placement.cli.app import app
 from tests.cli.studies import EXPERIMENT
 

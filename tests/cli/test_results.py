@@ -5,7 +5,7 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from bayes_placement.cli import _user_cache
+from bayes_placement.cli import results as _user_cache
 from bayes_placement.cli.app import app
 
 FIT = f"{'0a' * 32}.npz"

@@ -13,8 +13,8 @@ import bayes_placement as bp
 from bayes_placement._shared.errors import InputError
 from bayes_placement.explorer.actions import Drawn, Moved, Refitted, Removed
 from bayes_placement.explorer.candidates import added, placed_at
+from bayes_placement.explorer.page_frames import sliders
 from bayes_placement.explorer.session import Session
-from bayes_placement.explorer.sliders import sliders
 from bayes_placement.explorer.steps import as_drawn
 from tests.criticism import small
 

@@ -5,7 +5,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from bayes_placement.explorer.shared_arrays import LARGE, SharedArrays, large_arrays
+from bayes_placement.explorer.worker import LARGE, SharedArrays, large_arrays
 
 
 def test_of_what_both_have_numbers_are_sent_wherever_it_is():

@@ -13,7 +13,7 @@ from bayes_placement.io._reader_process import ReaderResult
 
 pyyeti = pytest.importorskip("pyyeti", reason='needs pip install "bayes_placement[nastran]"')
 with np.printoptions():  # it changes how all arrays are printed, in the tests of other files too
-    from bayes_placement.io import _nastran_process
+    from bayes_placement.io import _library_process
 
     n2p = pytest.importorskip("pyyeti.nastran.n2p")
     op4 = pytest.importorskip("pyyeti.nastran.op4")
@@ -42,7 +42,7 @@ def at_once(monkeypatch):
 
     def run(script, path, library, **settings):
         with warnings.catch_warnings(action="ignore"):
-            return ReaderResult(*_nastran_process.read(str(path), **settings), "")
+            return ReaderResult(*_library_process.read(str(path), **settings), "")
 
     monkeypatch.setattr(_reader_process, "run", run)
 
@@ -105,10 +105,10 @@ def test_cylindrical_displacement_systems():
     uset = n2p.addgrid(
         None, [100, 200], "b", [0, about_x], [[5, 10, 15], [32, 90, 10]], [0, about_x]
     )
-    position, turn = _nastran_process.grids(uset, np.array([200, 100]))
+    position, turn = _library_process.grids(uset, np.array([200, 100]))
     np.testing.assert_allclose(position, [[10, 0, 32], [5, 10, 15]], atol=1e-12)
     motion = np.array([[[1.0], [2.0], [3.0]], [[1.0], [2.0], [3.0]]])
-    turned = _nastran_process.rotated(motion, turn)[:, :, 0]
+    turned = _library_process.rotated(motion, turn)[:, :, 0]
     np.testing.assert_allclose(turned, [[3.0, -2.0, 1.0], [1.0, 2.0, 3.0]], atol=1e-12)
 
 

@@ -80,7 +80,8 @@ def _fault(dataset: h5py.Dataset) -> str:
         return "its values are in another file, which is not opened"
     if used - FILTERS:
         return "it is packed by a filter that HDF5 does not bring"
-    if not (_is_number(kind) or h5py.check_string_dtype(kind) or h5py.check_ref_dtype(kind)):
+    is_number = kind.kind in "biufc" or _is_complex(kind)
+    if not (is_number or h5py.check_string_dtype(kind) or h5py.check_ref_dtype(kind)):
         return "it holds neither numbers nor text"
     if PACKED & set(dataset.attrs):
         return "it is packed by scale_factor and add_offset, which are not applied"
@@ -89,10 +90,6 @@ def _fault(dataset: h5py.Dataset) -> str:
             f"{dataset.name} announces {dataset.nbytes} bytes in {stored} stored ones"
         )
     return ""
-
-
-def _is_number(kind: np.dtype) -> bool:
-    return kind.kind in "biufc" or _is_complex(kind)
 
 
 def _is_complex(kind: np.dtype) -> bool:

@@ -314,7 +314,7 @@ def of_blocks(path: Path, blocks: list[TextBlock]) -> NamedArrays:
         names = [f"{label} column {number}" for number in range(1, len(cells[0]) + 1)]
         known = of_rows(path, FORM, names, cells, ())
         for name, values in known.arrays.items():
-            if _counts(values):
+            if np.array_equal(values, np.arange(1, values.size + 1)):  # the number of the row
                 continue
             is_x = _is_x(values, block.stated)
             named = f"{label} {_X}" if is_x else name
@@ -350,8 +350,3 @@ def _is_x(values: np.ndarray, stated: dict[str, str]) -> bool:
         return False
     first, step = map(float, words)
     return bool(np.allclose(values, first + step * np.arange(values.size), atol=0.1 * abs(step)))
-
-
-def _counts(values: np.ndarray) -> bool:
-    """Whether a column is the number of the row."""
-    return bool(np.array_equal(values, np.arange(1, values.size + 1)))

@@ -79,12 +79,8 @@ def _rows(sheet: "ReadOnlyWorksheet") -> list[list[str]]:
         check_limit("rows of a workbook", number)
         if any(cells):
             rows.append(cells)
-    width = max((_width(row) for row in rows), default=0)
+    width = max((n for row in rows for n, cell in enumerate(row, start=1) if cell), default=0)
     return [[*row[:width], *[""] * (width - len(row))] for row in rows]
-
-
-def _width(row: list[str]) -> int:
-    return max(number for number, cell in enumerate(row, start=1) if cell)
 
 
 def _cell(value: object) -> str:

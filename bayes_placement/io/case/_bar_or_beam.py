@@ -182,14 +182,11 @@ def _priors(case: JsonObject, nominal: dict[str, float]) -> dict[str, Distributi
     parameters = case.objects("uncertain_parameters")
     names = [parameter.value("name", choice(*_UNCERTAIN)) for parameter in parameters]
     check_distinct("name", parameters)
+    priors = [parameter.object("prior") for parameter in parameters]
     return {
-        name: _prior(parameter.object("prior"), _UNCERTAIN[name], nominal[name])
-        for name, parameter in zip(names, parameters, strict=True)
+        name: _PRIORS[prior.value("type", choice(*_PRIORS))](prior, _UNCERTAIN[name], nominal[name])
+        for name, prior in zip(names, priors, strict=True)
     }
-
-
-def _prior(fields: JsonObject, allowed: FieldRule, nominal: float) -> Distribution:
-    return _PRIORS[fields.value("type", choice(*_PRIORS))](fields, allowed, nominal)
 
 
 def _uniform(fields: JsonObject, allowed: FieldRule, nominal: float) -> Distribution:

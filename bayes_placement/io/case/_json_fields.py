@@ -83,7 +83,9 @@ class JsonObject(NamedTuple):
         """Return the objects in a required field that lists them."""
         at_least = f" with at least {least} entry" if least else ""
         rule = FieldRule(
-            f"a list [{{...}}] of objects{at_least}", [{}], lambda value: _are_objects(value, least)
+            f"a list [{{...}}] of objects{at_least}",
+            [{}],
+            lambda value: _are_objects(value) and len(value) >= least,
         )
         path = f"{self.path}.{name}" if self.path else name
         return [
@@ -228,8 +230,8 @@ def _numbers_in(value: object) -> Iterator[float]:
         yield value
 
 
-def _are_objects(value: object, least: int) -> bool:
-    return isinstance(value, list) and len(value) >= least and all(map(_is_object, value))
+def _are_objects(value: object) -> bool:
+    return isinstance(value, list) and all(map(_is_object, value))
 
 
 def _is_object(value: object) -> bool:
@@ -322,8 +324,7 @@ def _objects(fields: JsonObject, name: str, value: object) -> list[JsonObject]:
     """Objects in a field; what is none is refused where it is read."""
     if isinstance(value, dict):
         return [fields.object(name)]
-    are_objects = isinstance(value, list) and all(map(_is_object, value))
-    return fields.objects(name) if are_objects else []
+    return fields.objects(name) if _are_objects(value) else []
 
 
 def _unknown(fields: JsonObject, name: str, known: Mapping[str, object]) -> CaseError:

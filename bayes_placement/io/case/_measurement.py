@@ -71,13 +71,14 @@ def settings(
     stated.value("out_channels", _channels_rule("sensors", sensors))
     stated.value("in_channels", _channels_rule("actuators", actuators))
     low, high = axis.value("band_hz", _BAND)
+    levels = stated.value("force_levels_N", _LEVELS)
     return MeasurementSettings(
         file=case.file,
         sensors=sensors,
         actuators=actuators,
         quantity=quantity,
         averages=stated.value("n_averages", integer(1, 16)),
-        force_levels=_levels(stated.value("force_levels_N", _LEVELS)),
+        force_levels=None if levels is None else tuple(map(float, levels)),
         band=(float(low), float(high)),
         lines=axis.value("n_lines", integer(1, 400)),
         noise=stated_noise(stated),
@@ -89,7 +90,9 @@ def settings(
 def read_run(file: Path, settings: MeasurementSettings, level: float | None) -> Measurement:
     """Read the universal file of one state at one force level."""
     recorded = _named(_read(file, settings), settings)
-    _check_quantity(file, settings, recorded)
+    if recorded.quantity != settings.quantity:
+        holds, field = f"holds {recorded.quantity}", "measurement.quantity"
+        raise _contradiction(file, holds, settings, field, settings.quantity)
     _check_channels(file, settings, settings.sensors, recorded.sensors)
     _check_channels(file, settings, settings.actuators, recorded.actuators)
     _check_positions(file, settings, recorded)
@@ -131,17 +134,6 @@ def _renamed(channels: tuple[Channel, ...], names: Mapping[str, str]) -> tuple[C
         channel._replace(name=names.get(channel.name, f"node {channel.name}"))
         for channel in channels
     )
-
-
-def _check_quantity(file: Path, settings: MeasurementSettings, measured: Measurement) -> None:
-    if measured.quantity != settings.quantity:
-        raise _contradiction(
-            file,
-            f"holds {measured.quantity}",
-            settings,
-            "measurement.quantity",
-            settings.quantity,
-        )
 
 
 def _check_channels(
@@ -243,10 +235,6 @@ def _channels_rule(side: str, transducers: list[RecordedTransducer]) -> FieldRul
 
 def _channels(transducers: list[RecordedTransducer]) -> list[Channel]:
     return [channel for transducer in transducers for channel in transducer.channels]
-
-
-def _levels(levels: list[float] | None) -> tuple[float, ...] | None:
-    return None if levels is None else tuple(float(level) for level in levels)
 
 
 def _are_levels(value: object) -> bool:

@@ -106,8 +106,13 @@ def read(folder: str | Path) -> Study:
 def _study(case: JsonObject, folder: Path) -> Study:
     check_known(case)
     nominal = nominal_structure(case)
-    sensors, actuators = (_recorded(case, side, nominal) for side in ("sensors", "actuators"))
-    _check_distinct(sensors, actuators)
+    sensors, actuators = (
+        [_recorded(fields, nominal) for fields in case.objects(side, least=1)]
+        for side in ("sensors", "actuators")
+    )
+    check_distinct("id", [transducer.fields for transducer in (*sensors, *actuators)])
+    for side in (sensors, actuators):  # a sensor and an actuator may share a node
+        check_distinct("uff_node", [transducer.fields for transducer in side])
     stated = settings(case, sensors, actuators)
     sensor_setup = case.object("measurement").value("sensor_setup", choice(*_SENSOR_SETUPS))
     with_priors = structure(case, nominal, stated.band[1])
@@ -136,11 +141,7 @@ def _by_level(runs: Runs, levels: tuple[float, ...] | None) -> Measurements:
     return runs[0] if levels is None else runs
 
 
-def _recorded(case: JsonObject, side: str, nominal: NominalStructure) -> list[RecordedTransducer]:
-    return [_recorded_transducer(fields, nominal) for fields in case.objects(side, least=1)]
-
-
-def _recorded_transducer(fields: JsonObject, nominal: NominalStructure) -> RecordedTransducer:
+def _recorded(fields: JsonObject, nominal: NominalStructure) -> RecordedTransducer:
     name = fields.value("id", NAME)
     node = fields.value("uff_node", integer(1, 1))
     coordinates = tuple(map(float, fields.value("position_m", position_rule(nominal))))
@@ -160,13 +161,6 @@ def _transducer(
         gain=gain(recorded),
         delay=delay(recorded),
     )
-
-
-def _check_distinct(sensors: list[RecordedTransducer], actuators: list[RecordedTransducer]) -> None:
-    """Refuse a name of two transducers, and a node of two sensors or of two actuators."""
-    check_distinct("id", [transducer.fields for transducer in (*sensors, *actuators)])
-    for side in (sensors, actuators):
-        check_distinct("uff_node", [transducer.fields for transducer in side])
 
 
 def position_rule(nominal: NominalStructure) -> FieldRule:

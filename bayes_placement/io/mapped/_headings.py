@@ -15,38 +15,24 @@ from ..._shared.errors import InputError
 from ..._shared.files import Json
 from ...experiment.quantities import QUANTITIES
 from .._frf_units import plain
-from ..arrays.named_arrays import NamedArrays
+from ..arrays import NamedArrays
 from ..arrays.text import split_unit
 from ._toml_fields import TomlTable
 from .mapping import PARTS, PARTS_NEEDED, Mapping, of_table
 
 WORDS = {
-    "real": "real",
-    "re": "real",
-    "imaginary": "imaginary",
-    "imag": "imaginary",
-    "im": "imaginary",
-    "magnitude": "magnitude",
-    "mag": "magnitude",
-    "amplitude": "magnitude",
-    "ampl": "magnitude",
-    "amp": "magnitude",
-    "abs": "magnitude",
-    "modulus": "magnitude",
-    "decibels": "decibel",
-    "decibel": "decibel",
-    "db": "decibel",
-    "degrees": "degrees",
-    "degree": "degrees",
-    "deg": "degrees",
-    "°": "degrees",
-    "radians": "radians",
-    "radian": "radians",
-    "rad": "radians",
-    "phase": "phase",
-    "angle": "phase",
-    "coherence": "coherence",
-    "coh": "coherence",
+    word: part
+    for part, words in {
+        "real": "real re",
+        "imaginary": "imaginary imag im",
+        "magnitude": "magnitude mag amplitude ampl amp abs modulus",
+        "decibel": "decibels decibel db",
+        "degrees": "degrees degree deg °",
+        "radians": "radians radian rad",
+        "phase": "phase angle",
+        "coherence": "coherence coh",
+    }.items()
+    for word in words.split()
 }
 """Words in headings, and the part that they mean; a `phase` is in degrees or radians."""
 
@@ -207,8 +193,11 @@ def _of_named_arrays(source: NamedArrays) -> Json:
     if not set(_ARRAY_NAMES) <= source.arrays.keys():
         return {}
     axes = ["sensor", "actuator", "frequency"]
+    units = {word: known.ascii_unit for known in QUANTITIES for word in (known.frf, known.motion)}
+    quantity = str(source.arrays["quantity"]).strip()
+    unit = units.get(quantity, quantity or "none")  # the word itself is no unit
     fields: Json = {
-        "frf": {"array": "frf", "axes": axes, "unit": _unit(str(source.arrays["quantity"]))},
+        "frf": {"array": "frf", "axes": axes, "unit": unit},
         "frequency": {"array": "frequency", "unit": "Hz"},
         "sensors": "sensors",
         "actuators": "actuators",
@@ -219,12 +208,6 @@ def _of_named_arrays(source: NamedArrays) -> Json:
     if averages is not None and averages.size == 1 and averages.dtype.kind in "iuf":
         fields["averages"] = int(averages.item())
     return fields
-
-
-def _unit(quantity: str) -> str:
-    """Unit in SI; the word itself, which is no unit, where it is no quantity."""
-    units = {word: known.ascii_unit for known in QUANTITIES for word in (known.frf, known.motion)}
-    return units.get(quantity.strip(), quantity.strip() or "none")
 
 
 def _of_columns(source: NamedArrays) -> Json:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..._shared.errors import InputError
 from .._frf_units import FREQUENCY
-from ..arrays.named_arrays import NamedArrays
+from ..arrays import NamedArrays
 from ._headings import (
     ANGLES,
     FIRSTS,
@@ -23,7 +23,7 @@ from ._headings import (
     said_of,
 )
 from ._values import name_of, one_axis, stated_units
-from .mapping import AXES, PARTS, Column, FrequencyRule, FrfRule, Mapping
+from .mapping import AXES, PARTS, FrequencyRule, FrfRule, Mapping
 
 _MOST_SHOWN = 12
 _OPEN = "unknown"
@@ -91,7 +91,7 @@ def _missing(
         yield "in which unit the FRFs are", 'unit = "(m/s^2)/N"  # at the top of the mapping'
     if mapping.frequency is None:
         yield "at which frequencies", _frequency_line(source)
-    elif _unit(mapping.frequency.unit, _frequency_columns(mapping.frequency), source) is None:
+    elif _unit(mapping.frequency, source) is None:
         yield "in which unit the frequencies are", _frequency_line(source, mapping)
     columns = not mapping.frf and "frf = [" in frf_line
     single = columns or (mapping.frf and all(rule.sensor and rule.actuator for rule in mapping.frf))
@@ -110,15 +110,11 @@ def _has_unit(rule: FrfRule, source: NamedArrays) -> bool:
     return bool(rule.unit or (source.units and stated_units(source, columns)))
 
 
-def _unit(unit: str | None, columns: Iterable[Column], source: NamedArrays) -> str | None:
-    """Unit by the mapping, or else by the file."""
-    stated = source.units if unit is None else {}
-    names = (name_of(source, column) for column in columns if stated)
-    return unit or next((stated[name] for name in names if name in stated), None)
-
-
-def _frequency_columns(rule: FrequencyRule) -> list[Column]:
-    return [] if rule.array is None else [rule.array]
+def _unit(rule: FrequencyRule, source: NamedArrays) -> str | None:
+    """Unit of frequencies by the mapping, or else by the file."""
+    if rule.unit is not None or rule.array is None or not source.units:
+        return rule.unit or None
+    return source.units.get(name_of(source, rule.array))
 
 
 def _numbers(source: NamedArrays) -> dict[str, np.ndarray]:
@@ -169,17 +165,14 @@ def _complex_line(names: list[str], source: NamedArrays, mapping: Mapping) -> st
         size = " x ".join(map(str, values.shape))
         line = f"frf = {{ array = {_quoted(names[0])}, axes = {_axes(source, values)}{unit} }}"
         return f"{line}  # in the order of {size} numbers"
-    coherences = [n for n, v in source.arrays.items() if v.size == values.size and _is_coherence(n)]
+    alike = [name for name, known in source.arrays.items() if known.size == values.size]
+    coherences = [name for name in alike if part_of(name) == "coherence"]
     pairs = [
         f'{{ sensor = "s{number}+x", actuator = "a1+x", array = {_quoted(name)}'
         f"{_coherence_of(name, coherences)}{unit} }}"
         for number, name in enumerate(names, start=1)
     ]
     return f"frf = [{', '.join(pairs)}]  # one table for each pair"
-
-
-def _is_coherence(name: str) -> bool:
-    return part_of(name) == "coherence"
 
 
 def _coherence_of(name: str, coherences: list[str]) -> str:

@@ -11,8 +11,8 @@ import numpy as np
 
 from ..._shared.errors import InputError
 from ...experiment._measurement_words import counted
-from .._frf_units import FREQUENCY, FrfUnit, VoltageUnit, frf_unit, plain
-from ..arrays.named_arrays import NamedArrays
+from .._frf_units import FREQUENCY, Scale, frf_unit, plain
+from ..arrays import NamedArrays
 from ._headings import ANGLES, columns_by_part, first_pair, part_of, part_of_column
 from .mapping import AXES, PARTS, Column, FrequencyRule, FrfRule
 
@@ -192,7 +192,7 @@ def stated_units(source: NamedArrays, columns: Iterable[Column]) -> set[str]:
     } - _NO_UNIT
 
 
-def unit_of(source: NamedArrays, rule: FrfRule) -> FrfUnit | VoltageUnit:
+def unit_of(source: NamedArrays, rule: FrfRule) -> Scale:
     """Unit of the FRFs of a rule, as the mapping or the file states it."""
     stated = stated_units(source, rule.parts.values())
     if len(stated) > 1:

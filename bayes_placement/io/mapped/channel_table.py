@@ -11,7 +11,7 @@ from ..._shared.errors import InputError
 from ..._shared.files import Json
 from ..._shared.reprs import with_short_repr
 from .. import _contents
-from .._frf_units import ANGLE, LENGTH, SensitivityUnit, sensitivity_unit
+from .._frf_units import ANGLE, LENGTH, sensitivity_unit
 from .._gate import check_plausible, existing, reading
 from ..arrays import text, workbook
 
@@ -315,13 +315,13 @@ def _sensitivity(cells: dict[str, tuple[str, float]]) -> tuple[float | None, str
     if number is None:
         return None, ""
     label = cells.get("unit", ("", 1.0))[0]
-    unit: SensitivityUnit | None = sensitivity_unit(label)
+    unit = sensitivity_unit(label)
     if unit is None or number == 0:
         raise InputError(
             f"its sensitivity is {number:g} in the unit {label!r}; one that is not 0, in a unit "
             "such as mV/(m/s^2), mV/g or mV/N, is needed"
         )
-    return number * unit.factor, unit.senses
+    return number * unit.factor, unit.quantity
 
 
 def _checked(rows: list[ChannelRow]) -> list[ChannelRow]:

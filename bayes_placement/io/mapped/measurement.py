@@ -13,14 +13,12 @@ from ...experiment._measurement_words import counted
 from ...experiment.measurement import Measurement
 from ...experiment.quantities import quantity_of
 from ...positions.channel import Channel, match, parsed
-from .._frf_units import FrfUnit, VoltageUnit
+from .._frf_units import VOLTAGES, Scale
 from .._gate import check_plausible, reading, usable_lines
-from ..arrays.named_arrays import NamedArrays
+from ..arrays import NamedArrays
 from . import _lines_needed, _values
 from .channel_table import ChannelRow
 from .mapping import FrfRule, Mapping
-
-_CHUNK = 1 << 20
 
 
 class ImportReport(NamedTuple):
@@ -76,16 +74,10 @@ def report(
     measurement: Measurement,
 ) -> ImportReport:
     """Make the report of a file that was read."""
-    source = f"{path} is {form} of {path.stat().st_size} bytes, sha256 {_checksum(path)[:16]}."
-    return ImportReport(source, tuple(sentences), dict(left_out), repr(measurement))
-
-
-def _checksum(path: Path) -> str:
-    digest = hashlib.sha256()
     with path.open("rb") as file:
-        while chunk := file.read(_CHUNK):
-            digest.update(chunk)
-    return digest.hexdigest()
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
+    source = f"{path} is {form} of {path.stat().st_size} bytes, sha256 {digest[:16]}."
+    return ImportReport(source, tuple(sentences), dict(left_out), repr(measurement))
 
 
 _OF_BLOCK = ("coherence", "sensors", "actuators")
@@ -101,7 +93,7 @@ class Assembled(NamedTuple):
     frequency: np.ndarray
     sensors: tuple[str, ...]
     actuators: tuple[str, ...]
-    unit: FrfUnit | VoltageUnit
+    unit: Scale
     sentences: list[str]
 
 
@@ -125,8 +117,8 @@ def measurement_of(
         measurement = _named(in_si, mapping, rows)
         check_axes(measurement, rows)
         check_plausible(source.path, frf=measurement.frf[measurement.measured])
-    sentences = [*raw.sentences, sentence, *_of_settings(measurement, mapping)]
-    unscaled = rows if isinstance(raw.unit, FrfUnit) else []
+    sentences = [*raw.sentences, sentence, *_of_settings(measurement)]
+    unscaled = [] if raw.unit.quantity == VOLTAGES else rows
     several = f"{counted(int(np.sum(~usable)), 'line')}"
     unusable = {} if usable.all() else {several: "their coherence or their FRFs are no measurement"}
     left_out = {
@@ -237,15 +229,14 @@ def _in_si(raw: Assembled, mapping: Mapping, rows: list[ChannelRow]) -> tuple[As
     """Values in SI under exp(+i w t), and a sentence on their unit."""
     frf = np.conj(raw.frf) if mapping.conjugate else raw.frf
     sign = f", {CONJUGATED}" if mapping.conjugate else ""
-    if isinstance(raw.unit, FrfUnit):
-        factor, quantity = raw.unit.factor, raw.unit.quantity
+    quantity, factor = raw.unit
+    if quantity != VOLTAGES:
         words = f"Unit: {quantity}, times {factor:g} to {quantity_of(quantity).unit}"
         scaled = raw._replace(frf=frf * factor)
     else:
         factors, quantity = _by_sensitivity(raw, rows)
         words = f"Unit: voltages, divided by the sensitivities of the channel table to {quantity}"
-        unit = FrfUnit(quantity, 1.0)
-        scaled = raw._replace(frf=frf * raw.unit.factor * factors, unit=unit)
+        scaled = raw._replace(frf=frf * factor * factors, unit=Scale(quantity, 1.0))
     return scaled, f"{words}{sign}."
 
 
@@ -284,7 +275,6 @@ def _row(label: str, rows: list[ChannelRow], role: str) -> ChannelRow:
 
 def _named(raw: Assembled, mapping: Mapping, rows: list[ChannelRow]) -> Measurement:
     """The measurement, with directions and positions of the channel table."""
-    quantity = raw.unit.quantity if isinstance(raw.unit, FrfUnit) else ""
     sensors, actuators = parsed(raw.sensors), parsed(raw.actuators)
     if rows:
         sensors = tuple(_with_direction(channel, rows, "sensor") for channel in sensors)
@@ -294,7 +284,7 @@ def _named(raw: Assembled, mapping: Mapping, rows: list[ChannelRow]) -> Measurem
         raw.frequency,
         sensors=sensors,
         actuators=actuators,
-        quantity=quantity,
+        quantity=raw.unit.quantity,
         coherence=raw.coherence,
         averages=mapping.averages,
         positions=positions_of(rows),
@@ -349,7 +339,7 @@ def positions_of(rows: list[ChannelRow]) -> dict[str, tuple[float, float, float]
     return {row.name: row.position for row in rows if row.position is not None}
 
 
-def _of_settings(measurement: Measurement, mapping: Mapping) -> list[str]:
+def _of_settings(measurement: Measurement) -> list[str]:
     """Sentences on coherence and averages."""
     sentences = []
     if measurement.coherence is None:

@@ -15,7 +15,7 @@ from ...experiment._measurement_checks import band as check_band
 from ...experiment.line_choice import half_power_bandwidth, mode_indicator, resonances
 from ...experiment.measurement import Measurement
 from ...positions.channel import Channel, Channels
-from . import estimators
+from . import estimate as estimators
 from .estimate import Estimate, EstimateWarning, Excitation, Spectra
 from .recording import Recording, joined
 from .records import Samples, records

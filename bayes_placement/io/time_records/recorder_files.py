@@ -215,7 +215,11 @@ def load_lvm(path: Path, names: Iterable[str]) -> Sampled:
         for number, segment in enumerate(joined, start=1)
         for channel in segment
     }
-    timed = {name: one for name, one in channels.items() if _is_record(one)}
+    timed = {
+        name: one
+        for name, one in channels.items()
+        if one.dimension in ("", "Time") and one.samples.size > 0
+    }
     named = {name: timed[name].start for name in names if name in timed}
     check_starts({name: start for name, start in named.items() if np.isfinite(start)})
     return Sampled(
@@ -228,10 +232,6 @@ def load_lvm(path: Path, names: Iterable[str]) -> Sampled:
             if name not in timed
         },
     )
-
-
-def _is_record(channel: _Channel) -> bool:
-    return channel.dimension in ("", "Time") and channel.samples.size > 0
 
 
 def _segments(path: Path) -> Iterator[list[_Channel]]:
@@ -270,15 +270,12 @@ def _channels(
             stated = {tag: _at(row, column) for tag, row in tags.items()}
             _check_count(path, heading_cell, stated.get("Samples", ""), values.size)
             start, interval = (layout.number(stated.get(tag, "")) for tag in ("X0", "Delta_X"))
-            rate = 1 / interval if interval > 0 else _rate(times)
+            by_times = rate_of_times(times) if times.size > 1 and not interval > 0 else np.nan
+            rate = 1 / interval if interval > 0 else by_times
             unit, dimension = (stated.get(tag, "") for tag in ("Y_Unit_Label", "X_Dimension"))
             again = heading.index(heading_cell) < column
             name = f"{heading_cell} (column {column + 1})" if again else heading_cell
             yield _Channel(name, unit, dimension, values, start, rate)
-
-
-def _rate(times: np.ndarray) -> float:
-    return rate_of_times(times) if times.size > 1 else np.nan
 
 
 def _at(row: Row, column: int) -> str:

@@ -11,12 +11,13 @@ from ..._shared.arguments import check_annotated, check_kind
 from ..._shared.errors import InputError
 from ..._shared.reprs import with_short_repr
 from ...experiment.quantities import motion_name
-from .._frf_units import FORCE, VOLTAGE, frf_unit, plain, sensitivity_unit
+from .._frf_units import FORCE, VOLTAGE, Scale, frf_unit, plain, sensitivity_unit
 from .records import Records, Samples, positive, same_rate
 
 FORCE_QUANTITY = "force"
 
-_AMOUNT = re.compile(r"\s*(?P<number>[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?)?\s*(?P<unit>\S.*?)\s*")
+_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_AMOUNT = re.compile(rf"\s*(?P<number>{_NUMBER})?\s*(?P<unit>\S.*?)\s*")
 
 
 @with_short_repr
@@ -56,7 +57,7 @@ class Signal:
         check_annotated("source", self.source, str | tuple[str, int])
         self.scale()
 
-    def scale(self) -> "Scale":
+    def scale(self) -> Scale:
         """Return what is sensed, and the factor of the file's numbers to SI."""
         number, unit = _amount("unit", self.unit)
         if plain(unit) in VOLTAGE:
@@ -71,11 +72,11 @@ class Signal:
         if plain(unit) in FORCE:
             return Scale(FORCE_QUANTITY, number * FORCE[plain(unit)])
         motion = frf_unit(f"{plain(unit)}/N")
-        if motion is None or not isinstance(motion, tuple) or len(motion) != 2:
+        if motion is None:
             raise _unknown("unit", self.unit, "N, m/s^2, g, m/s, mm or V")
         return Scale(motion_name(motion.quantity), number * motion.factor)
 
-    def _sensed(self) -> "Scale":
+    def _sensed(self) -> Scale:
         if self.sensitivity is None:
             raise InputError(
                 f"Signal({self.source!r}, unit={self.unit!r}) was given without sensitivity; one "
@@ -86,16 +87,9 @@ class Signal:
         sensed = sensitivity_unit(unit)
         if sensed is None:
             raise _unknown("sensitivity", self.sensitivity, "2.25 mV/N, 100 mV/g, 10 mV/(m/s^2)")
-        senses = sensed.senses
-        quantity = senses if senses == FORCE_QUANTITY else motion_name(senses)
+        is_force = sensed.quantity == FORCE_QUANTITY
+        quantity = FORCE_QUANTITY if is_force else motion_name(sensed.quantity)
         return Scale(quantity, 1 / (number * sensed.factor))
-
-
-class Scale(NamedTuple):
-    """What a channel senses, and the factor of its numbers to SI."""
-
-    quantity: str
-    factor: float
 
 
 @with_short_repr
@@ -223,18 +217,10 @@ def _amount(what: str, text: Any) -> tuple[float, str]:
     """Number and unit of a text such as `2.25 mV/N`; 1 without a number."""
     check_kind(what, text, str, "a unit as text is needed, since none is guessed", f"{what}='N'")
     match = _AMOUNT.fullmatch(text)
-    number = float(match["number"] or 1) if match and _is_number(match["number"]) else np.nan
+    number = float(match["number"] or 1) if match else np.nan
     if match is None or not (np.isfinite(number) and number != 0):
         raise _unknown(what, text, "10 V" if what == "unit" else "100 mV/g")
     return number, match["unit"]
-
-
-def _is_number(text: str | None) -> bool:
-    try:
-        float(text or 1)
-    except ValueError:
-        return False
-    return True
 
 
 def _unknown(what: str, text: str, examples: str) -> InputError:

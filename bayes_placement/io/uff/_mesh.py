@@ -65,9 +65,9 @@ _GLOBAL_SYSTEMS = (0, 1)  # writers use either number for the global Cartesian s
 
 
 def node_positions(
-    datasets: list[Dataset], wanted: Container[int]
+    datasets: list[Dataset], wanted: Container[int] | None = None
 ) -> dict[int, CartesianComponents]:
-    """Coordinates of the wanted nodes as far as the file states them, in its unit."""
+    """Coordinates of the wanted nodes, or of all, as far as the file states them, in its unit."""
     positions: dict[int, CartesianComponents] = {}
     for dataset in datasets:
         if dataset.number in NODES:
@@ -77,14 +77,14 @@ def node_positions(
 
 def _positions(
     dataset: Dataset,
-    wanted: Container[int],
+    wanted: Container[int] | None,
     earlier: dict[int, CartesianComponents],
 ) -> dict[int, CartesianComponents]:
     columns = [dataset.fields[key] for key in ("node_nums", "def_cs", "disp_cs", "x", "y", "z")]
     positions: dict[int, CartesianComponents] = {}
     for number, definition, displacement, *coordinates in zip(*columns, strict=True):
         node = int(number)
-        if node not in wanted:
+        if wanted is not None and node not in wanted:
             continue
         _check_global(dataset, node, definition, displacement)
         x, y, z = map(float, coordinates)
@@ -109,7 +109,6 @@ def _check_global(dataset: Dataset, node: int, definition: int, displacement: in
 
 ELEMENTS = 2412
 _BEAMS = (11, 21, 22, 23, 24, 31, 32)
-_SHELLS, _SOLIDS = range(41, 100), range(101, 119)
 _CORNERS_FIRST = {
     "line3": (0, 2, 1),
     "triangle6": (0, 2, 4, 1, 3, 5),
@@ -120,32 +119,19 @@ _CORNERS_FIRST = {
 }
 """Places of nodes in the file, which goes around the faces, in the order of meshio."""
 
-_TYPES = {
-    "beams": {2: "line", 3: "line3"},
-    "shells": {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"},
-    "solids": {
-        4: "tetra",
-        6: "wedge",
-        8: "hexahedron",
-        10: "tetra10",
-        15: "wedge15",
-        20: "hexahedron20",
-    },
-}
-"""Names of types by the number of their nodes."""
-
-
-class _Everything:
-    """Container of all numbers."""
-
-    def __contains__(self, number: object) -> bool:
-        return True
+_SOLIDS = {4: "tetra", 6: "wedge", 8: "hexahedron", 10: "tetra10", 15: "wedge15"}
+_FAMILIES = (
+    (_BEAMS, {2: "line", 3: "line3"}),
+    (range(41, 100), {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"}),
+    (range(101, 119), _SOLIDS | {20: "hexahedron20"}),
+)
+"""Descriptors, and names of types by the number of their nodes; none of springs and masses."""
 
 
 def load_mesh(path: Path, length_unit: float | int | None) -> MeshContents:
     """Read nodes and elements in metres, with the numbers of the file."""
     datasets = load(path, UNITS)
-    positions = node_positions(datasets, _Everything())
+    positions = node_positions(datasets)
     if not positions:
         raise MeasurementFileError(
             f"{path} holds no nodes (dataset 15 or 2411); those of the mesh are needed. Export the "
@@ -155,21 +141,16 @@ def load_mesh(path: Path, length_unit: float | int | None) -> MeshContents:
     length = of_nodes(path, file_units(datasets), points, length_unit=length_unit).length
     blocks = [block for block in blocks_of(path) if block.number == ELEMENTS]
     elements = [element for block in blocks for element in _elements(block.lines)]
-    named = [(_type(element), element) for element in elements]
-    kept = [(kind, _corners_first(kind, element.nodes)) for kind, element in named if kind]
-    skipped = [f"FE descriptor {element.descriptor}" for kind, element in named if not kind]
+    kept = [(kind, _corners_first(kind, nodes)) for _, kind, nodes in elements if kind]
+    skipped = [f"FE descriptor {number}" for number, kind, _ in elements if not kind]
     return of_numbers([*positions], length * points, kept, skipped)
 
 
-class _MeshElement(NamedTuple):
-    """An element of dataset 2412."""
+def _elements(lines: list[str]) -> Iterator[tuple[int, str, list[int]]]:
+    """Descriptor, type (empty where none is known) and nodes of each element.
 
-    descriptor: int
-    nodes: list[int]
-
-
-def _elements(lines: list[str]) -> Iterator[_MeshElement]:
-    """Elements: a line of six numbers, for beams one of their orientation, then the nodes."""
+    It is a line of six numbers, for beams one of their orientation, then the nodes.
+    """
     rows = iter([line.split() for line in lines if line.strip()])
     for row in rows:
         if len(row) != 6:
@@ -182,14 +163,8 @@ def _elements(lines: list[str]) -> Iterator[_MeshElement]:
             nodes += map(strict_integer, further)
         if len(nodes) != count or not count:
             raise InputError(f"an element has {len(nodes)} nodes where {count} are announced.")
-        yield _MeshElement(descriptor, nodes)
-
-
-def _type(element: _MeshElement) -> str:
-    """Name of the type of an element; empty where it is a spring, a mass or the like."""
-    families = {"beams": _BEAMS, "shells": _SHELLS, "solids": _SOLIDS}
-    family = next((name for name, known in families.items() if element.descriptor in known), "")
-    return _TYPES.get(family, {}).get(len(element.nodes), "")
+        types = next((types for known, types in _FAMILIES if descriptor in known), {})
+        yield descriptor, types.get(count, ""), nodes
 
 
 def _corners_first(kind: str, nodes: list[int]) -> list[int]:

@@ -1,6 +1,7 @@
 """Write a measurement as a universal file (datasets 164, 2411, and 58 or 58b), with notes."""
 
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -112,11 +113,8 @@ def node_numbers(measurement: Measurement) -> dict[str, int]:
 
 def _named_by_node(measurement: Measurement) -> bool:
     channels = measurement.sensors + measurement.actuators
-    return all(_is_node_number(channel.name) for channel in channels)
-
-
-def _is_node_number(name: str) -> bool:
-    return name.isdecimal() and len(name) <= _NODE_DIGITS and str(int(name)) == name != "0"
+    numbers = re.compile(rf"[1-9]\d{{0,{_NODE_DIGITS - 1}}}", re.ASCII)
+    return all(numbers.fullmatch(channel.name) for channel in channels)
 
 
 def _functions(measurement: Measurement, binary: bool) -> Iterator[bytes]:
@@ -279,12 +277,8 @@ def _are_names(value: object) -> bool:
     return len(names) == 2 and all(isinstance(name, str) and name.strip() for name in names)
 
 
-def _is_force(value: object) -> bool:
-    return value is None or (is_number(value) and value > 0)
-
-
 _NOTES: dict[str, Accepts] = {
     "names": _are_names,
     "averages": lambda value: value is None or (type(value) is int and value >= 1),
-    "force_level": _is_force,
+    "force_level": lambda value: value is None or (is_number(value) and value > 0),
 }

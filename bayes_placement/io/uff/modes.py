@@ -22,8 +22,7 @@ from ._datasets import (
     described,
     load,
 )
-from ._datasets import load as datasets_of
-from ._decode import COMPLEX, NORMAL
+from ._decode import COMPLEX, NORMAL, Fields
 from ._mesh import node_positions
 from ._units import file_units, of_nodes
 
@@ -52,11 +51,7 @@ class _Mode(NamedTuple):
     """A mode of the file, in the units of the file."""
 
     place: str
-    load_case: int
-    number: int
-    frequency: float
-    mass: float
-    damping: float
+    fields: Fields
     node: np.ndarray
     value: np.ndarray  # [node, axis]
 
@@ -115,18 +110,20 @@ def _model(
     path: Path, modal_mass: ArrayLike | float | int | None, **stated: float | int | None
 ) -> ModalModel:
     datasets = load(path, DATA_AT_NODES)
-    modes = sorted(_normal_modes(datasets, path), key=lambda mode: mode.frequency)
+    modes = sorted(_normal_modes(datasets, path), key=lambda mode: mode.fields["freq"])
     _check_single_solution(modes)
     node = np.unique(np.concatenate([mode.node for mode in modes]))
-    damping = np.array([mode.damping for mode in modes])
+    damping = np.array([mode.fields["modal_damp_vis"] for mode in modes])
     position = _positions(datasets, node)
     units = of_nodes(path, file_units(datasets), position, **stated)
     model = ModalModel.from_arrays(
         node=node,
         position=position,
         shape=_shapes(modes, node),
-        natural_frequency=[mode.frequency for mode in modes],
-        modal_mass=[mode.mass for mode in modes] if modal_mass is None else modal_mass,
+        natural_frequency=[mode.fields["freq"] for mode in modes],
+        modal_mass=(
+            [mode.fields["modal_m"] for mode in modes] if modal_mass is None else modal_mass
+        ),
         damping_ratio=damping if damping.any() else None,
         length_unit=units.length,
         mass_unit=units.force / units.length,
@@ -146,7 +143,7 @@ def _normal_modes(datasets: list[Dataset], path: Path) -> list[_Mode]:
             "over them. Export the undamped modes as dataset 55 (2414 is not read), as "
             "displacements and real numbers."
         )
-    return [_mode(dataset) for dataset in modes]
+    return [_Mode(one.place, one.fields, _nodes(one), _values(one)) for one in modes]
 
 
 def _is_normal_mode(dataset: Dataset) -> bool:
@@ -162,20 +159,6 @@ def _described(dataset: Dataset) -> str:
     return (
         f"{_ANALYSIS_TYPES.get(analysis, f'analysis type {analysis}')} of {number} "
         f"{_DATA_TYPES.get(data_type, f'data type {data_type}')}"
-    )
-
-
-def _mode(dataset: Dataset) -> _Mode:
-    fields = dataset.fields
-    return _Mode(
-        dataset.place,
-        load_case=fields["load_case"],
-        number=fields["mode_n"],
-        frequency=fields["freq"],
-        mass=fields["modal_m"],
-        damping=fields["modal_damp_vis"],
-        node=_nodes(dataset),
-        value=_values(dataset),
     )
 
 
@@ -209,12 +192,14 @@ def _check_single_solution(modes: list[_Mode]) -> None:
     """Refuse modes of more than one solution, which would count twice."""
     first = modes[0]
     for earlier, later in pairwise(modes):
-        repeated = (earlier.number, earlier.frequency) == (later.number, later.frequency)
-        mixed = later.load_case != first.load_case or later.value.shape[1] != first.value.shape[1]
+        number, frequency = (later.fields[key] for key in ("mode_n", "freq"))
+        load_case, count = later.fields["load_case"], later.value.shape[1]
+        repeated = (earlier.fields["mode_n"], earlier.fields["freq"]) == (number, frequency)
+        mixed = load_case != first.fields["load_case"] or count != first.value.shape[1]
         if repeated or mixed:
             raise MeasurementFileError(
-                f"{later.place} holds mode {later.number} of load case {later.load_case} at "
-                f"{later.frequency:g} Hz with {later.value.shape[1]} values of each node, and "
+                f"{later.place} holds mode {number} of load case {load_case} at "
+                f"{frequency:g} Hz with {count} values of each node, and "
                 f"{(earlier if repeated else first).place} belongs to another solution or is the "
                 "same mode; the modes of one solution are needed, each once, since every mode "
                 "adds to the response. Export one load case into a file of its own."
@@ -262,9 +247,7 @@ def load_measured(path: Path, names: Mapping[int, str], poles: str | None = None
 
     Sensors are named by the number of the node; poles of complex modes are in `rad/s` or `Hz`.
     """
-    datasets = [
-        entry for entry in datasets_of(path, DATA_AT_NODES) if entry.number == DATA_AT_NODES
-    ]
+    datasets = [entry for entry in load(path, DATA_AT_NODES) if entry.number == DATA_AT_NODES]
     modes = [dataset for dataset in datasets if _is_mode(dataset)]
     if not modes:
         raise MeasurementFileError(

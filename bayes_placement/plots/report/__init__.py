@@ -12,17 +12,7 @@ from ._style import look
 from ._svg import embedded
 from .content import Item, Text
 from .report import SECTIONS, WARNINGS, Chapter, Report, json_of
-from .sections import (
-    agreement,
-    interactive,
-    laws,
-    modes,
-    remarks,
-    responses,
-    suspicion,
-    unknowns,
-    verdict,
-)
+from .sections import interactive, laws, modes, remarks, responses, suspicion, unknowns, verdict
 
 __all__ = ["SECTIONS", "Report", "write_report"]
 
@@ -33,10 +23,10 @@ _SECTIONS = {
     "conclusion": verdict.conclusion,
     "verdict": verdict.items,
     "set up": remarks.set_up,
-    "agreement": agreement.items,
+    "agreement": modes.agreement,
     "laws": laws.items,
     "error": verdict.error,
-    "residual map": agreement.residual_map,
+    "residual map": responses.residual_map,
     "interactive": interactive.items,
     "responses": responses.items,
     "modes": modes.items,

@@ -133,7 +133,7 @@ def _compact(shapes: MovingShapes) -> Json:
         for model in shapes.models
     ]
     points = [[float(f"{value:.4g}") for value in point] for point in shapes.points]
-    return shapes.to_json() | {"models": models, "points": points}
+    return shapes._asdict() | {"models": models, "points": points}
 
 
 def _slug(words: str) -> str:

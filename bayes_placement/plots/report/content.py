@@ -30,10 +30,6 @@ class Table(NamedTuple):
     rows: tuple[tuple[Cell, ...], ...]
     """Cells, numbers as numbers."""
 
-    def to_json(self) -> Json:
-        """Return it as lists."""
-        return {"columns": list(self.columns), "rows": [list(row) for row in self.rows]}
-
     @classmethod
     def from_json(cls, stated: Json) -> "Table":
         """Read it from lists."""
@@ -66,10 +62,6 @@ class Text(NamedTuple):
     sentences: tuple[str, ...]
     """The sentences."""
 
-    def to_json(self) -> Json:
-        """Return it as a list."""
-        return {"sentences": list(self.sentences)}
-
     @classmethod
     def from_json(cls, stated: Json) -> "Text":
         """Read it from a list."""
@@ -86,11 +78,6 @@ class Drawing(NamedTuple):
     follows_theme: bool = False
     """Whether its black and white are those of the page; a figure of another origin stays on a
     light ground."""
-
-    def to_json(self) -> Json:
-        """Return the drawing and its numbers."""
-        data = None if self.data is None else self.data.to_json()
-        return {"svg": self.svg, "data": data, "follows_theme": self.follows_theme}
 
     @classmethod
     def from_json(cls, stated: Json) -> "Drawing":
@@ -115,10 +102,6 @@ class MovingShapes(NamedTuple):
     marks: list[Json]
     """What is marked on the structure: a `name`, where it is (`at` [m]), and its `kind`, a sensor,
     an actuator or an effect."""
-
-    def to_json(self) -> Json:
-        """Return it as lists."""
-        return dict(self._asdict())
 
     @classmethod
     def from_json(cls, stated: Json) -> "MovingShapes":
@@ -160,10 +143,6 @@ class Interactive(NamedTuple):
 
     frames: str
     """What it shows, as letters: see `page/standalone.py`."""
-
-    def to_json(self) -> Json:
-        """Return the letters."""
-        return {"frames": self.frames}
 
     @classmethod
     def from_json(cls, stated: Json) -> "Interactive":
@@ -233,7 +212,10 @@ class Item:
             "caption": self.caption,
             "tags": list(self.tags),
             "by_user": self.by_user,
-            "content": self.content.to_json(),
+            "content": {
+                word: part._asdict() if isinstance(part, Table) else part
+                for word, part in self.content._asdict().items()
+            },
         }
 
     @classmethod

@@ -15,7 +15,6 @@ import scipy.io
 import scipy.io.matlab
 
 from bayes_placement.io import _gate, arrays
-from bayes_placement.io.arrays import loaders
 
 OF_MATLAB = Path(scipy.io.matlab.__file__).parent / "tests/data"
 OF_H5PY = Path(h5py.__file__).parent / "tests/data_files"
@@ -208,7 +207,7 @@ def test_hdf5_that_announces_more_than_it_holds_is_refused(tmp_path):
 def test_a_reader_that_dies_is_told_in_words(tmp_path, monkeypatch, line, words):
     reader = tmp_path / "reader.py"
     reader.write_text(f"import os\ndef read(path, most):\n    {line}\n")
-    monkeypatch.setattr(loaders, "_READER", reader)
+    monkeypatch.setattr(arrays, "_READER", reader)
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["f"] = 1.0
     with pytest.raises(ValueError, match=rf"a\.h5 .*{words}"):

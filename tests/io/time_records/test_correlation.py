@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bayes_placement.io.time_records import estimators
+from bayes_placement.io.time_records import estimate as estimators
 
 LINES = 600
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bayes_placement.io.time_records import estimators
+from bayes_placement.io.time_records import estimate as estimators
 
 FRF = np.array([2.0 - 1.0j, -0.3 + 0.8j])
 FORCE_NOISE, RESPONSE_NOISE = 0.3, np.array([0.7, 0.05])  # powers, for a force of power 1

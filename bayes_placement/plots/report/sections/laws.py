@@ -98,12 +98,10 @@ def _with_interval(number: Number, known: Numbered) -> Number:
 
 
 def _equivalent(entries: list[Json]) -> Table:
+    shares = [entry["probability"] for entry in entries]
+    rounded = [None if share is None else float(f"{share:.2g}") for share in shares]
     rows = tuple(
-        (where_in_words(entry), what_in_words(entry), _rounded(entry["probability"]))
-        for entry in entries
+        (where_in_words(entry), what_in_words(entry), share)
+        for entry, share in zip(entries, rounded, strict=True)
     )
     return Table(("where", "what", "probability [1]"), rows)
-
-
-def _rounded(share: float | None) -> float | None:
-    return None if share is None else float(f"{share:.2g}")

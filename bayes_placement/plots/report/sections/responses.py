@@ -1,4 +1,4 @@
-"""Measured and predicted responses, before and after, with the noise and the model error."""
+"""Measured and predicted responses, before and after, with noise and model error, and maps."""
 
 from collections.abc import Iterator
 
@@ -11,7 +11,17 @@ from matplotlib.axes import Axes
 from ...._shared.labels import AS_DRAWN, FORCE_LEVEL
 from ..._colours import DATA, FIFTH, INK, Style
 from ..._figures import DECIBELS, HALF_TURN, LOGARITHM, unbroken
-from ..._fit_panels import colours_of, line_style, mark_outside, show_all_of
+from ..._fit_panels import (
+    LABEL,
+    colours_of,
+    draw_maps,
+    height_of,
+    in_bands,
+    line_style,
+    mark_outside,
+    pair_names,
+    show_all_of,
+)
 from .._saved import Saved
 from .._style import decade_labels, drawing, legend, panels, thinned
 from ..content import Item, Table, Text
@@ -75,16 +85,19 @@ def _item(fits: dict[str, xr.Dataset]) -> Item:
         _draw_response(axes[0, 0], shown, name, colour)
         if has_phase:
             _draw_phase(axes[1, 0], shown, colour)
-        _draw_error(axes[-1, 0], shown, name, colour)
-    _show_fitted(axes[0, 0], [*fits.values()][-1])
+        _draw_error(axes[-1, 0], shown, colour)
+    last = [*fits.values()][-1]  # a model as drawn may lie far below
+    is_log = str(last["measured"].attrs["units"]).startswith(LOGARITHM)
+    curves = [_decibel(last[word].values, is_log) for word in ("measured", "predicted")]
+    show_all_of(axes[0, 0], curves)
     if AS_DRAWN in fits:
         drawn = fits[AS_DRAWN]
         mark_outside(axes[0, 0], drawn.isel(frequency=thinned(drawn["predicted"].values)))
     _draw_measured(axes, first.isel(frequency=thinned(first["measured"].values)), has_phase)
-    _draw_floors(axes[-1, 0], [*fits.values()][-1])
+    _draw_floors(axes[-1, 0], last)
     axes[-1, 0].set_xlabel("frequency [Hz]")
     legend(figure, axes)
-    errs = float([*fits.values()][-1]["model_error"].max()) > 0
+    errs = float(last["model_error"].max()) > 0
     expected = "the noise and the model error" if errs else "the noise"
     caption = (
         f"Dots below the lines: measured; lines: predicted at {title}; as drawn: before any fit; "
@@ -116,12 +129,6 @@ def _bracket(unit: str) -> str:
     return unit[unit.rfind("[") + 1 :].removesuffix("]")
 
 
-def _show_fitted(panel: Axes, fit: xr.Dataset) -> None:
-    """Show what was measured and fitted; a model as drawn may lie far below."""
-    logarithm = str(fit["measured"].attrs["units"]).startswith(LOGARITHM)
-    show_all_of(panel, [_decibel(fit[w].values, logarithm) for w in ("measured", "predicted")])
-
-
 def _draw_phase(panel: Axes, fit: xr.Dataset, colour: str) -> None:
     shown = unbroken(fit["predicted_phase"].values)
     panel.plot(fit["frequency"].values, shown, **line_style(colour))
@@ -140,7 +147,7 @@ def _draw_measured(axes: np.ndarray, fit: xr.Dataset, has_phase: bool) -> None:
         axes[1, 0].plot(lines, fit["measured_phase"].values, "o", **style)
 
 
-def _draw_error(panel: Axes, fit: xr.Dataset, name: str, colour: str) -> None:
+def _draw_error(panel: Axes, fit: xr.Dataset, colour: str) -> None:
     values = np.where(fit["error"].values > 0, fit["error"].values, np.nan)
     panel.plot(fit["frequency"].values, values, **line_style(colour))
     panel.set_yscale("log")
@@ -174,3 +181,33 @@ def _data(fits: dict[str, xr.Dataset]) -> pd.DataFrame:
         for word in ("error", "noise", "model_error"):
             columns[f"{name}: {word.replace('_', ' ')}"] = fit[word]
     return pd.DataFrame({name: np.asarray(values) for name, values in columns.items()})
+
+
+def residual_map(saved: Saved) -> Iterator[Item]:
+    """Draw a map of channel pairs and bands for each fitted model, one below the other."""
+    fits = saved.of_models("fit")
+    sizes = {name: in_bands(fit) for name, fit in fits.items() if name != AS_DRAWN}
+    if not sizes:
+        return
+    height = height_of(next(iter(sizes.values())))
+    figure, axes = panels(len(sizes), 1, height, sharex=True)
+    draw_maps(figure, axes, sizes)
+    caption = (
+        "Root mean square of the residual over the noise, by channel pair and band; where a model "
+        "is right it is about 1."
+    )
+    item = drawing(figure, Table.of(_by_band(sizes)))
+    yield Item(RESPONSES, "Where the error lies", item, caption, ("response", "error"))
+
+
+def _by_band(sizes: dict[str, xr.DataArray]) -> pd.DataFrame:
+    """One row for each model, channel pair and band."""
+    rows = [
+        (model, name, low, high, value)
+        for model, size in sizes.items()
+        for name, values in zip(pair_names(size), size.values, strict=True)
+        for low, high, value in zip(
+            size.attrs["edges"][:-1], size.attrs["edges"][1:], values, strict=True
+        )
+    ]
+    return pd.DataFrame(rows, columns=["model", "channel pair", "from [Hz]", "to [Hz]", LABEL])

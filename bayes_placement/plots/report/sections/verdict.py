@@ -8,6 +8,7 @@ import numpy as np
 from ...._shared.files import Json
 from ....inference.units import readable
 from ..._colours import AFTER, FLOOR, Style
+from ..._fit_panels import draw_falling, told_misfit
 from .._saved import Saved
 from .._style import decade_labels, drawing, legend, panels
 from ..content import Cell, Item, Table, Text, rounded
@@ -207,9 +208,6 @@ def _recommendation(saved: Saved) -> str:
 SMALLEST = 1e-3
 """Probability below which a kind is not drawn."""
 
-LEAST_MISFIT = 1e-3
-"""Misfit below which a point stands at the lower end: data without noise can be fitted exactly."""
-
 
 def error(saved: Saved) -> Iterator[Item]:
     """Draw the error of each step, and the probabilities."""
@@ -230,16 +228,7 @@ def _falling(steps: list[Json]) -> Item:
     misfit, quantity = _falling_misfit(steps)
     figure, axes = panels(1, 1, 2.6)
     panel = axes[0, 0]
-    drawn = np.maximum(misfit, LEAST_MISFIT)
-    panel.plot(range(len(misfit)), drawn, "o-", color=AFTER, label="misfit of the best fit")
-    for number, (value, height) in enumerate(zip(misfit, drawn, strict=True)):
-        text = f"{value:.0f}" if value >= 100 else f"{value:.3g}"
-        panel.annotate(text, (number, height), (8, 4), textcoords="offset points")
-    panel.axhline(1.0, color=FLOOR, linestyle="--", label="noise floor of a correct model")
-    panel.set_yscale("log")
-    panel.set_ylim(0.5 * min(1.0, *drawn, 1.0), 3 * max(1.0, *drawn, 1.0))
-    panel.set_xlim(-0.4, len(misfit) - 0.4)
-    panel.set_xticks(range(len(names)), names)
+    draw_falling(panel, names, misfit, FLOOR, top=3.0, beside=0.4)
     panel.set_ylabel(quantity.replace(" without", "\nwithout").replace(" over", "\nover"))
     decade_labels(panel)
     legend(figure, axes)
@@ -256,13 +245,11 @@ def _falling(steps: list[Json]) -> Item:
 def _falling_misfit(steps: list[Json]) -> tuple[list[float], str]:
     """Misfit of each step that no error takes up, and what it is."""
     needed = [step["noise_needed"] or {} for step in steps]
-    scatters = _numbers([noise.get("over_scatter") for noise in needed])
-    if np.isfinite(scatters).all():
-        return scatters, "residual over scatter of lines [1]"
-    exact = _numbers([step["chi2_per_datum_when_exact"] for step in steps])
-    if np.isfinite(exact).all():
-        return exact, "reduced chi-square without model error [1]"
-    return _numbers([step["chi2_per_datum"] for step in steps]), "reduced chi-square [1]"
+    return told_misfit(
+        _numbers([noise.get("over_scatter") for noise in needed]),
+        _numbers([step["chi2_per_datum_when_exact"] for step in steps]),
+        _numbers([step["chi2_per_datum"] for step in steps]),
+    )
 
 
 def _numbers(values: list[float | int | None]) -> list[float]:
