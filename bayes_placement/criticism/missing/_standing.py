@@ -4,12 +4,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
+from ...modes.finite_elements.nodal_modes import nodal_of
+from ._hypotheses import Hypothesis
 from ._model_error_choice import Answer
 from ._posterior_odds import Comparison
 from ._unknown_noise import noise_needed
 from ._where_it_fails import where_it_fails
 from .decide import FAILS, Decision, Doubt
 from .fitted_model import FittedModel, Sampled, fitted_model
+
+NO_REGIONS = (
+    "No loss of stiffness was tried, as of a loose joint, since the finite element model names no "
+    'regions: finite_elements.Matrices(..., regions={"joint": stiffness of its elements}).'
+)
+"""What is said where a finite element model fails and has no regions."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +34,7 @@ class Standing:
     doubts: Mapping[str, tuple[Doubt, ...]] = field(default_factory=lambda: MappingProxyType({}))
     where: str = ""
     nearest: FittedModel | None = None
+    untried: str = ""
 
     def doubts_of(self, names: Sequence[str]) -> list[str]:
         """Doubts of effects of these names in words, each once, but that the check fails."""
@@ -53,7 +62,14 @@ def standing(answer: Answer, decision: Decision, sampled: Sampled) -> Standing:
         doubts=decision.doubts,
         where="" if failing is None else where_it_fails(failing),
         nearest=None if decision.kinds else _nearest(answer.comparison, sampled),
+        untried="" if failing is None else _untried(failing),
     )
+
+
+def _untried(hypothesis: Hypothesis) -> str:
+    """Say that no stiffness was lost in a finite element model that names no regions."""
+    nodal = nodal_of(hypothesis.problem.experiment.structure.modes)
+    return NO_REGIONS if nodal is not None and not nodal.regions.names else ""
 
 
 def _nearest(comparison: Comparison, sampled: Sampled) -> FittedModel | None:

@@ -59,15 +59,15 @@ def verdict_in_words(ledger: Ledger) -> str:
 def _of_claims(ledger: Ledger) -> list[str]:
     """What is missing, or reduces the misfit, how far that falls, and where something is left."""
     first, last = ledger.steps[0], ledger.steps[-1]
-    where = ledger.standing.where
-    left = [LEFT, where] if ledger.unexplained else []
+    where, untried = ledger.standing.where, ledger.standing.untried
+    left = [LEFT, where, untried] if ledger.unexplained else []
     falls = [f"{_named(ledger)}; {fall(first, last)}."]
     if last.model_error:
         better = better_than_errors(last, "larger model error") if _claimed(ledger) else ""
         sizes = sizes_in_words(last, first)
         falls = [f"{_named(ledger)}{better}.", _fall_with_errors(first, last), sizes]
     if ledger.unexplained and not _claimed(ledger):
-        return [fails_in_words(first), reach_in_words(ledger.reach), *falls, where]
+        return [fails_in_words(first), reach_in_words(ledger.reach), *falls, where, untried]
     return [*falls, *left]
 
 
@@ -121,7 +121,7 @@ def exact_fails(step: FittedModel) -> str:
 def what_is_known(step: FittedModel, stands: Standing, reach: Reach | None) -> list[str]:
     """What laws at any place could do, what was nearest, and where the model fails."""
     near = "" if stands.nearest is None else _near(step, stands.nearest)
-    return [*filter(None, [reach_in_words(reach), near, stands.where])]
+    return [*filter(None, [reach_in_words(reach), near, stands.where, stands.untried])]
 
 
 def reach_in_words(reach: Reach | None) -> str:

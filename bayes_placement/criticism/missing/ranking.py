@@ -207,8 +207,9 @@ class Ranking:
         as_given = self._as_given
         if as_given.model_error:
             also = "" if best.kind else " A model error explains the data better than any effect."
-            where = f" {self.standing.where}" if self.standing.where else ""
-            return f"{exact_fails(as_given)}{where} No effect is clearly missing.{also}"
+            clear = f"No effect is clearly missing.{also}"
+            parts = [exact_fails(as_given), self.standing.where, clear, self.standing.untried]
+            return " ".join(filter(None, parts))
         odds = f" (probability {self.probabilities[NONE]:.3g})" if likely == NONE else ""
         fails = fails_in_words(as_given, odds)
         known = what_is_known(as_given, self._with_nearest(), self.reach)

@@ -137,6 +137,32 @@ def test_an_instrument_effect_is_named_with_its_channel_and_size():
     assert re.match(r"Missing: gain_error, sensor s2\+?x?, -[56]\.\d+ % \(probability ", sentence)
 
 
+@pytest.mark.parametrize("regions", [{}, {"joint": 0.3 * np.eye(2)}])
+def test_of_a_finite_element_model_without_regions_no_loss_of_stiffness_was_tried(regions):
+    model = bp.finite_elements.ModalModel.from_arrays(
+        position=np.linspace(0.0, 1.0, 9)[:, None] * [1.0, 0.0, 0.0],
+        shape=np.random.default_rng(0).normal(size=(9, 3, 2)),
+        natural_frequency=[30.0, 80.0],
+        modal_mass=1.0,
+    )
+    nearest = bp.finite_elements.interpolation.nearest(model)
+    modes = bp.finite_elements.modes_from_shapes(model, nearest, regions=regions)
+    asked = bp.Experiment(
+        bp.Structure(modes, damping=bp.damping.Modal(dist.Uniform(0.01, 0.05))),
+        sensors=[bp.Sensor("s1", at=(0.25, 0.0, 0.0), directions=(3,))],
+        actuators=[bp.Actuator("a1", at=(0.5, 0.0, 0.0), directions=(3,))],
+        frequency=np.arange(20.0, 100.0, 2.0),
+        observe=bp.observe.Complex("acceleration"),
+        noise=bp.noise.Relative(0.01, 0.0),
+    )
+    heavier = asked + effects.tuned_absorber((0.25, 0.0, 0.0), 0.3, 40.0, 0.05)
+    candidates = effects.library(asked, ["gain_error"])
+    measurement = heavier.nominal_measurement()
+    for answer in (bp.improve, bp.explain):
+        words = answer(asked, measurement, candidates=candidates, model_error=None).words()[0]
+        assert ("No loss of stiffness was tried" in words) == (not regions)
+
+
 @pytest.mark.parametrize(("p_value", "probability"), [(0.05, 0.289), (0.01, 0.111), (0.5, 0.5)])
 def test_a_p_value_is_a_probability_by_the_table_of_sellke_bayarri_and_berger(p_value, probability):
     assert Doubt("", p_value).probability == pytest.approx(probability, abs=5e-4)
