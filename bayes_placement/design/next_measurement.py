@@ -99,7 +99,7 @@ def _in_words(
     names = " and ".join(alternative.name for alternative in alternatives[:2])
     learnt = f"{gain:.2g} ± {error:.1g} nat of the {entropy:.2g} nat that decide"
     # An estimate far below zero is a bound that says nothing.
-    most = f": at most {learnt}" if gain > -SIGNIFICANT * error else ""
+    most = f": at most {learnt}" if gain > -entropy else ""
     found = (
         f"With {sensor.name} at {where} m, and all else where it is, one more measurement tells "
         f"{names} apart best: {learnt}."
