@@ -67,7 +67,7 @@ def standing(answer: Answer, decision: Decision, sampled: Sampled) -> Standing:
 
 
 def _untried(hypothesis: Hypothesis) -> str:
-    """Say that no stiffness was lost in a finite element model that names no regions."""
+    """Say that no loss of stiffness was tried in a finite element model that names no regions."""
     nodal = nodal_of(hypothesis.problem.experiment.structure.modes)
     return NO_REGIONS if nodal is not None and not nodal.regions.names else ""
 
