@@ -322,9 +322,9 @@ def test_hypotheses_are_the_same_with_a_model_error_fitted_elsewhere():
     exact = [
         null_hypothesis(setup + effect, data) for effect in (MASS, bp.effects.point_mass(0.3, 0.2))
     ]
-    together = fitted_with_errors_in_processes(exact, errors, NO_RIVAL, None)
+    together = fitted_with_errors_in_processes(exact, errors, NO_RIVAL, [None] * len(exact))
     with ThreadPoolExecutor(1) as threads, _parts.done_by(threads):
-        together += fitted_with_errors_in_processes(exact, errors, NO_RIVAL, None)
+        together += fitted_with_errors_in_processes(exact, errors, NO_RIVAL, [None] * len(exact))
     for each, alone in zip(
         together, [given_with_errors(each, errors) for each in exact] * 2, strict=True
     ):

@@ -68,18 +68,18 @@ def given_with_errors(exact: Hypothesis, errors: ModalErrors) -> Hypothesis:
 def refitted_from_given(
     exact: Hypothesis, found: Hypothesis, given: Hypothesis, rival: Rival
 ) -> Hypothesis:
-    """Return the fit of effects with a model error, or one that begins at that of the model given.
+    """Return the fit of effects with a model error, or one that begins at that of fewer effects.
 
-    It is fitted there where it is worse than without the effects: they begin as weak ones, and as
+    It is fitted there where it is worse than without the others: these begin as weak ones, and as
     they are where the model is exact.
     """
     if found.fit.log_evidence > given.fit.log_evidence - SHORT:
         return found
     problem = found.problem.at_sizes(given.problem.sizes)
     as_exact = given.point_in(problem, exact.point_in(problem))
-    weak = as_exact
+    known, weak = {effect.name for effect in given.effects}, as_exact
     for effect in exact.effects:
-        weak = weakened(weak, effect, problem)
+        weak = weak if effect.name in known else weakened(weak, effect, problem)
     decreasing = decreasing_errors(problem, DECREASING_ERRORS[-2:])
     sized = kept_with_sizes(problem, np.stack([weak, as_exact]), decreasing, rival)
     return max(found, replace(found, **vars(sized)), key=lambda each: each.fit.log_evidence)

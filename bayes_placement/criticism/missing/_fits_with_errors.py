@@ -12,14 +12,17 @@ from ._hypotheses import Hypothesis, problem_with_errors, with_errors
 
 
 def fitted_with_errors_in_processes(
-    exact: Sequence[Hypothesis], errors: ModalErrors, rival: Rival, given: Hypothesis | None
+    exact: Sequence[Hypothesis],
+    errors: ModalErrors,
+    rival: Rival,
+    given: Sequence[Hypothesis | None],
 ) -> list[Hypothesis]:
     """Fit hypotheses with a model error, see `with_errors`.
 
-    `given` is the model as given with a model error, which explains the data; None where it does
-    not, or is not fitted yet.
+    `given` is for each the fit with a model error of fewer of its effects, of which it should not
+    fall short; None where that is not asked for.
     """
-    tasks = [(hypothesis, errors, rival, given) for hypothesis in exact]
+    tasks = [(each, errors, rival, fewer) for each, fewer in zip(exact, given, strict=True)]
     return [
         _received(hypothesis, errors, fields)
         for hypothesis, fields in zip(exact, fitted_in_processes(_fields, tasks), strict=True)

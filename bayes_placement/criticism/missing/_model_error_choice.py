@@ -188,7 +188,7 @@ def _rivals(question: Question, exact: Comparison) -> dict[Hypothesis, Hypothesi
         return {}
     none, best = exact.hypotheses[0], exact.best()
     # One after the other: effects may begin at what the model error of none of them explains.
-    rivals = {each: question.fits.with_errors(each)[0] for each in (none, best)}
+    rivals = {each: question.fits.with_errors(each, leading=True)[0] for each in (none, best)}
     return {} if exact.log_odds(rivals[best]) < exact.log_odds(best) else rivals
 
 
@@ -238,6 +238,7 @@ def _deepened_with_errors(
         rival = rival_among(comparison.hypotheses)
         of_exact = functools.partial(question.fits.with_errors, rival=rival)
         comparison = with_suspended(comparison, exact, question.tried.networks, of_exact)
+    comparison = _with_best_of_exact(question, exact, comparison, tick)
     question.seen(comparison)
     for depth in range(1, question.most_effects):
         if not wants_more_effects(comparison, depth, question.level):
@@ -257,6 +258,19 @@ def _deepened_with_errors(
         comparison = comparison.with_hypotheses(finite(refitted.values()))
         question.seen(comparison)
     return comparison
+
+
+def _with_best_of_exact(
+    question: Question, exact: Comparison, comparison: Comparison, tick: Tick
+) -> Comparison:
+    """Add the several effects that explain most without model error, each step to them.
+
+    A model error large enough explains what a second effect does, and no more would be looked for.
+    """
+    weighed = exact.weighed
+    way = [exact.hypotheses[number] for number in weighed.steps_to(weighed.best)]
+    several = [hypothesis for hypothesis in way if len(hypothesis.effects) > 1]
+    return comparison.with_hypotheses(finite(_refitted(several, question, tick).values()))
 
 
 def _single_effects_with_errors(
@@ -309,7 +323,8 @@ def _refitted(
     remaining = [hypothesis for hypothesis in hypotheses if hypothesis not in fitted]
     for chosen in (remaining[:AT_FIRST], remaining[AT_FIRST:]):
         rival = rival_among([*fitted.values(), *known.values()])
-        refitted = question.fits.with_errors(*chosen, rival=rival)
+        leading = chosen == remaining[:AT_FIRST]
+        refitted = question.fits.with_errors(*chosen, rival=rival, leading=leading)
         known |= dict(zip(chosen, refitted, strict=True))
         for _ in chosen:
             tick()

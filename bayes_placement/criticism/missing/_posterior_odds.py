@@ -154,9 +154,13 @@ def greatest_odds_expected(comparison: Comparison, depth: int, further_effects: 
     """Odds that hypotheses of so many effects and some more are not expected to exceed.
 
     Of effects that move different data, each gains less than the one before. A rule of the search,
-    no bound: two effects can hide each other.
+    no bound: two effects can hide each other. It says nothing of the second effect where the noise
+    is unknown: its log falls the more the less is left.
     """
-    odds = [comparison.log_odds(_best_of(comparison, count)) for count in (depth - 1, depth)]
+    before, best = (_best_of(comparison, count) for count in (depth - 1, depth))
+    if depth == 1 and not best.is_noise_known:
+        return np.inf
+    odds = [comparison.log_odds(each) for each in (before, best)]
     return float(odds[1] + further_effects * max(0.0, odds[1] - odds[0]))
 
 

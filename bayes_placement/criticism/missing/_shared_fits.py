@@ -70,17 +70,34 @@ class SharedFits:
             self._singles = singles
         return self._singles
 
-    def with_errors(self, *exact: Hypothesis, rival: Rival = NO_RIVAL) -> list[Hypothesis]:
-        """Hypotheses with the model error; those that stay far behind a rival are given up."""
+    def with_errors(
+        self, *exact: Hypothesis, rival: Rival = NO_RIVAL, leading: bool = False
+    ) -> list[Hypothesis]:
+        """Hypotheses with the model error; those that stay far behind a rival are given up.
+
+        Leading ones, and those of several effects, are few: they are also fitted from a fit of
+        fewer effects that fails its check.
+        """
         *_, errors, _ = self.content
         assert errors is not None
         asked = dict.fromkeys(exact)  # the best hypothesis may be the one without effects
         unknown = [each for each in asked if (each, rival) not in self._with_errors]
-        given = self._with_errors.get((self.null, NO_RIVAL))
-        given = given if given is not None and passes(given, LEVEL) else None
+        given = [self._of_fewer_effects(each, leading) for each in unknown]
         fits = fitted_with_errors_in_processes(unknown, errors, rival, given)
         self._with_errors |= {(each, rival): fit for each, fit in zip(unknown, fits, strict=True)}
         return [self._with_errors[each, rival] for each in exact]
+
+    def _of_fewer_effects(self, exact: Hypothesis, leading: bool) -> Hypothesis | None:
+        """The best fit with the model error of a part of the effects, as far as it is asked for."""
+        names = {id(effect) for effect in exact.effects}
+        parts = [
+            fit
+            for (part, _), fit in self._with_errors.items()
+            if {id(effect) for effect in part.effects} < names
+        ]
+        best = max(parts, key=lambda each: each.fit.log_evidence, default=None)
+        is_asked_for = leading or len(exact.effects) > 1 or (best and passes(best, LEVEL))
+        return best if is_asked_for else None
 
 
 _LAST: list[SharedFits] = []

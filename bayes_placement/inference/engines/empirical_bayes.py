@@ -232,7 +232,7 @@ def _better(problem: Hierarchy, fit: Fit) -> dict[str, float]:
     prior = np.ones(len(fit.point))
     linear = LinearModel(
         curvature - np.diag(prior),
-        curvature @ fit.point,  # at the fit the prior pulls as much as the data
+        curvature @ fit.point - fit.gradient,  # a descent cut short is still pulled on
         prior,
         [problem.errors_of(size) for size in unknown],
     )

@@ -124,6 +124,9 @@ class Fit(NamedTuple):
     """Number of starts whose descents ended at a density as high."""
     elsewhere: Float[np.ndarray, "mode unknown"] = np.zeros((0, 0))
     """Other places of that density at which descents ended [place, unknown]."""
+    gradient: Float[np.ndarray, "unknown"] = np.zeros(0)
+    """Slope of the cost there [unknown]: not zero where the descent was cut short, or at a limit
+    of coordinates."""
 
     @property
     def determined(self) -> float:
@@ -267,6 +270,7 @@ def best_fit(points: ParameterPoints, normal: NormalEquations, count: int) -> Fi
         log_evidence=float(constant - costs[best] + gaussian.log_volume),
         reached=len(as_high),
         elsewhere=_elsewhere(gaussian, as_high),
+        gradient=normal.gradient[best],
     )
 
 
