@@ -1,6 +1,6 @@
 """Unknowns that pile up at the edge of their prior, and errors that the model needed."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +20,9 @@ PILED = 10.0
 With a correct model the two are equal on average, so by Markov's inequality at most one edge in ten
 is reported by chance.
 """
+
+MOST_TOLD = 3
+"""Unknowns that are piled up, each in a sentence of its own."""
 
 _SIDES = ("lower", "upper")
 
@@ -42,22 +45,33 @@ def edges(posterior: xr.DataTree) -> xr.Dataset:
 
 
 def edges_in_words(table: xr.Dataset) -> list[str]:
-    """One sentence for each edge at which a posterior piles up."""
-    return [
-        sentence(unknown, side, float(edge["share"]), float(edge["prior_share"]))
+    """Say at which edges posteriors pile up."""
+    return sentences(
+        (unknown, side, float(edge["share"]), float(edge["prior_share"]))
         for unknown in table["unknown"].values
         for side in _SIDES
         for edge in [table.sel(unknown=unknown, side=side)]
         if bool(edge["piled_up"])
-    ]
+    )
 
 
-def sentence(unknown: str, side: str, share: float, prior_share: float) -> str:
-    """Say how much of the posterior of an unknown lies at an edge of its prior."""
-    return (
+def sentences(piled_up: Iterable[tuple[str, str, float, float]]) -> list[str]:
+    """Say which unknowns are piled up at which side, and by how much more than their priors.
+
+    One sentence for each of a few; of more of them one alone.
+    """
+    piled_up = list(piled_up)
+    if len(piled_up) > MOST_TOLD:
+        named = ", ".join(f"{unknown} ({side})" for unknown, side, _, _ in piled_up)
+        return [
+            f"{len(piled_up)} unknowns are piled up at an edge of their priors: {named}. What the "
+            "model lacks is elsewhere, or these priors are too narrow."
+        ]
+    return [
         f"{unknown} is piled up at the {side} edge of its prior: {100 * share:.0f} % of its "
         f"posterior lies in the outermost {100 * prior_share:.1f} % of the prior."
-    )
+        for unknown, side, share, prior_share in piled_up
+    ]
 
 
 def _scalar_draws(draws: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:

@@ -14,9 +14,10 @@ from ...inference.engines.levenberg_marquardt import APART
 from ...inference.estimates import scalars
 from ...inference.results import outputs
 from ...inference.units import percent
-from ..check._edges import EDGE, sentence
+from ..check._edges import EDGE, sentences
 from ._estimates import drawn_places, laplace
 from ._hypotheses import Hypothesis
+from ._outliers import p_value
 from .table import AS_STATED
 
 MOST_NAMED = 3
@@ -26,8 +27,9 @@ MOST_NAMED = 3
 def cautions(hypothesis: Hypothesis, sampled: SampledPosterior | None) -> tuple[str, ...]:
     """Return one sentence for each doubt, as `check` and `engines.MAP` have them."""
     draws = None if sampled is None else sampled.points
-    shares = shares_at_edges(hypothesis, draws)
-    edges = (sentence(*edge, EDGE) for edge in shares if edge[-1] >= AS_STATED.piled_up * EDGE)
+    least = AS_STATED.piled_up * EDGE
+    piled_up = [edge for edge in shares_at_edges(hypothesis, draws) if edge[-1] >= least]
+    edges = sentences((*edge, EDGE) for edge in piled_up)
     return *edges, *cautions_of_fit(hypothesis)
 
 
@@ -73,10 +75,11 @@ def _sizes_at_bounds(hypothesis: Hypothesis) -> Iterator[str]:
         if unknown.distribution.cdf(size) >= 1 - EDGE
     ]
     if at_edge:
+        then = "a larger one is no rival then, so that effects are claimed too easily"
         yield (
-            f"The model error ended at the upper edge of its prior ({', '.join(at_edge)}): a "
-            "larger one is no rival then, so that effects are claimed too easily. Look at the "
-            f"model first; or widen that prior of {SIZES_OF_ERRORS.python}."
+            f"The model error ended at the upper edge of its prior ({', '.join(at_edge)}): "
+            f"{then if hypothesis.effects else 'the model is wrong by more than it allows'}. Look "
+            f"at the model first; or widen that prior of {SIZES_OF_ERRORS.python}."
         )
 
 
@@ -144,6 +147,8 @@ def _outliers(hypothesis: Hypothesis) -> Iterator[str]:
     problem, experiment = hypothesis.problem, hypothesis.problem.experiment
     if hypothesis.is_noise_known or experiment.observe.is_modal:
         return
+    if p_value(hypothesis.with_outliers.outliers, problem.count) < AS_STATED.level:
+        return  # so many are no outliers but a misfit
     present = np.asarray(problem.data.measured)  # with an earlier state, those of the later one
     probability = hypothesis.with_outliers.probability[: present.size].reshape(present.shape)
     table = outputs(experiment, {"probability": probability}, ())["probability"]

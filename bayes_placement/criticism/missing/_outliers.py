@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
+from scipy.special import bdtrc
 
 OUTLIERS, SIZE_OF_OUTLIERS = 0.01, 10.0
 """Share of data that are outliers, and factor on their deviation."""
@@ -27,6 +28,14 @@ class Mixture(NamedTuple):
     def outliers(self) -> float:
         """Expected number of outliers."""
         return float(np.sum(self.probability))
+
+
+def p_value(outliers: float, count: int) -> float:
+    """Probability of at least as many outliers among so many data, of the share that is assumed.
+
+    More of them are a misfit at many lines.
+    """
+    return float(bdtrc(np.ceil(outliers) - 1, count, OUTLIERS))
 
 
 def mixture(residual: Float[np.ndarray, "datum"], count: int) -> Mixture:

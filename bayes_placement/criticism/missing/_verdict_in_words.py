@@ -147,9 +147,13 @@ def _why_not(ledger: Ledger) -> str:
 
 
 def none_in_words(ledger: Ledger) -> list[str]:
-    """Say that no candidate explains the data, where that is more probable than not."""
+    """Say that no candidate explains the data, where that is more probable than not.
+
+    Nor does a model error, of which the verdict itself says that it explains them.
+    """
     share = ledger.probabilities[NONE]
-    if share <= ledger.policy.doubted:
+    is_explained = ledger.steps[-1].model_error and not ledger.unexplained
+    if share <= ledger.policy.doubted or is_explained:
         return []
     if ledger.steps[-1].noise_needed is None:
         return [

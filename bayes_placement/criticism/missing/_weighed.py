@@ -96,10 +96,14 @@ class Weighed:
             steps.append(step)
         return [*steps, last]
 
-    def probabilities(self) -> dict[str, float]:
+    def probabilities(
+        self, claimed: Sequence[str] = (), vetoed: Sequence[Sequence[str]] = ()
+    ) -> dict[str, float]:
         """Posterior probability of each kind, of nothing missing and of none of these.
 
-        Of a kind that some hypothesis has twice, that of at least two is named `point_mass_2`.
+        Of a kind that some hypothesis has twice, that of at least two is named `point_mass_2`. Of
+        collections of kinds that are vetoed, which hold these that are claimed, no others count:
+        without any, they are none of these.
         """
         policy = self.policy
         log_odds = np.array([_log_odds_as_stated(row, policy) for row in self.rows])
@@ -107,15 +111,18 @@ class Weighed:
         gains = np.array([row.gain_of_none(policy.largest_factor) for row in self.rows])
         larger = log_odds + gains + np.log(policy.prior_of_none)
         total = logsumexp(np.concatenate([stated, larger]))
-        shares = list(zip(np.exp(stated - total), self.rows, strict=True))
+        shares = list(zip(np.exp(stated - total), [row.kinds for row in self.rows], strict=True))
+        counted = [(share, claimed if of in vetoed else of) for share, of in shares]
         kinds = {
             numbered_kind(kind, count): float(
-                sum(share for share, row in shares if row.kinds.count(kind) >= count)
+                sum(share for share, of in counted if of.count(kind) >= count)
             )
             for kind, count in self._counted_kinds()
         }
-        nothing = sum(share for share, row in shares if not row.kinds)
-        return kinds | {NOTHING: float(nothing), NONE: float(np.exp(logsumexp(larger) - total))}
+        nothing = sum(share for share, of in shares if not of)
+        none = np.exp(logsumexp(larger) - total)
+        none += 0.0 if claimed else sum(share for share, of in shares if of in vetoed)
+        return kinds | {NOTHING: float(nothing), NONE: float(none)}
 
     def _counted_kinds(self) -> list[tuple[str, int]]:
         """Every kind once, then those that a row has more than once, with each number."""

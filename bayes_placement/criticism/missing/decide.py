@@ -1,6 +1,6 @@
 """Decide what is claimed to be missing from a table of rows alone: pure, in any order of rows."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -120,10 +120,11 @@ def decide(table: TableOfFits | Json, policy: Policy = AS_STATED) -> Decision:
             "bp.decide(ledger.to_json()['table'])."
         )
     weighed = Weighed(table, policy)
-    claimed, reasons = _claimed(weighed)
+    claimed, reasons, vetoed = _claimed(weighed)
     steps = weighed.steps_to(claimed)
     way = [table.rows[number] for number in steps]
-    last, probabilities = way[-1], weighed.probabilities()
+    last = way[-1]
+    probabilities = weighed.probabilities(last.kinds, [table.rows[n].kinds for n in vetoed])
     unexplained = last.p_value < policy.level
     fit = bool(last.sizes), last.is_noise_known, unexplained
     odds = {kind: probabilities[numbered_kind(kind, last.kinds.count(kind))] for kind in last.kinds}
@@ -140,8 +141,16 @@ def decide(table: TableOfFits | Json, policy: Policy = AS_STATED) -> Decision:
     )
 
 
-def _claimed(weighed: Weighed) -> tuple[int, list[str]]:
-    """The row that is claimed, and why no more is: none where the model passes its check.
+class _Claimed(NamedTuple):
+    """The row that is claimed, why no more is, and those of more effects that do not hold."""
+
+    number: int
+    reasons: list[str]
+    vetoed: Sequence[int] = ()
+
+
+def _claimed(weighed: Weighed) -> _Claimed:
+    """What is claimed: nothing where the model passes its check.
 
     Chi2 over many lines passes although an effect shows in a few: there, odds of twice strong
     evidence decide. Where a model error is allowed, effects that do not hold are left out, the last
@@ -151,19 +160,21 @@ def _claimed(weighed: Weighed) -> tuple[int, list[str]]:
     none = weighed.of(())
     reasons = []
     if is_unexplained(weighed.table.baseline, policy):
-        return none, ["the baseline is not explained by the model"]
+        return _Claimed(none, ["the baseline is not explained by the model"])
     if best != weighed.ranked[0]:
         reasons.append(f"the evidence for {_named(rows[weighed.ranked[0]])} is not strong")
     weak = weighed.odds[best] - weighed.odds[none] < np.log(policy.strong_where_passing)
     if rows[best].kinds and not rows[none].has_errors and rows[none].passes(policy) and weak:
-        return none, [*reasons, "the model as given passes its check"]
+        return _Claimed(none, [*reasons, "the model as given passes its check"])
     if not rows[best].has_errors:
-        return best, reasons
+        return _Claimed(best, reasons)
+    vetoed = []
     *fewer, claimed = weighed.steps_to(best)
     while fewer and (objection := next(objections(weighed, claimed, fewer[-1]), "")):
         reasons.append(f"{_named(rows[claimed])} {objection}")
+        vetoed.append(claimed)
         claimed = fewer.pop()
-    return claimed, reasons
+    return _Claimed(claimed, reasons, vetoed)
 
 
 def is_unexplained(baseline: Row | None, policy: Policy) -> bool:
@@ -188,7 +199,10 @@ def objections(weighed: Weighed, number: int, fewer: int) -> Iterator[str]:
     row, before, policy = weighed.rows[number], weighed.rows[fewer], weighed.policy
     if row.states == 1:
         if others := as_good_elsewhere(weighed, number):
-            yield f"is not the only one that explains the data: so does {' or '.join(others)}"
+            yield (
+                "is not the only one that explains the data beside a model error: so does "
+                f"{' or '.join(others)}"
+            )
         if not _explains_most(row, before, policy):
             yield "leaves more to the model error than it explains"
     if row.errors_at_edge and (row.states == 2 or row.on_structure):
@@ -275,8 +289,9 @@ def _doubts(name: str, way: list[Row], policy: Policy) -> Iterator[Doubt]:
         if effect == name:
             # By Markov's inequality a right prior leaves so much at an edge as seldom.
             yield Doubt(f"its size sits at the {side} edge of its prior", 1 / ratio)
+    # An effect may stand for nothing before the next one is there: what was before it counts.
     number = next(n for n, row in enumerate(way) if name in row.effects)
-    gain, error = gain_held_out(way[number], way[max(0, number - 1)])
+    gain, error = gain_held_out(way[-1], way[max(0, number - 1)])
     if gain < -policy.held_out_errors * error < 0:
         yield Doubt("held-out data are predicted worse with it", float(ndtr(gain / error)))
     if way[-1].errors_at_edge:

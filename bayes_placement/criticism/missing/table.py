@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-from scipy.special import bdtrc, chdtrc, ndtr
+from scipy.special import chdtrc, ndtr
 
 from ..._shared.arguments import check_positive
 from ..._shared.errors import InputError
@@ -14,7 +14,7 @@ from ..._shared.files import Json
 from ..._shared.reprs import with_short_repr
 from ...inference.chi2 import LEVEL
 from ..check._edges import EDGE, PILED
-from ._outliers import OUTLIERS
+from ._outliers import p_value
 
 NAN = float("nan")
 
@@ -173,7 +173,7 @@ class Row(NamedTuple):
 
         More of them are a misfit at many lines, which an effect may explain.
         """
-        return float(bdtrc(np.ceil(self.outliers) - 1, self.data, OUTLIERS))
+        return p_value(self.outliers, self.data)
 
     def passes(self, policy: Policy) -> bool:
         """Whether it passes its check; where the noise is unknown, no check is possible."""

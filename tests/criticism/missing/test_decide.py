@@ -162,7 +162,11 @@ def test_beside_a_model_error_what_something_else_explains_as_well_is_not_claime
     rows = erroneous("", 0.0, 100.0), erroneous("mass", 30.0, 9.0, gain=1.0)
     decision = decided(*rows, erroneous("spring", 29.0, 9.0, gain=1.0))
     assert decision.kinds == () and decision.confounded == (("mass", "spring"),)
-    assert decision.reasons == ("mass is not the only one that explains the data: so does spring",)
+    (reason,) = decision.reasons
+    assert reason.endswith("explains the data beside a model error: so does spring")
+    # What is not believed has no probability; what stands in its place neither.
+    assert decision.probabilities["mass"] == 0.0
+    assert decision.probabilities[OTHER] > 0.6 > 0.4 > decision.probabilities["spring"]
 
 
 HERE, BESIDE, NEXT, LONG = (
@@ -232,6 +236,8 @@ def test_effects_that_do_not_hold_are_left_out_one_by_one():
     ]
     assert decided(*rows).kinds == ("mass",)
     assert decided(*rows).reasons == ("gain + mass predicts held-out data no better",)
+    probabilities = decided(*rows).probabilities
+    assert probabilities["gain"] < 1e-9 and probabilities["mass"] > 0.95
     rows[1] = erroneous("mass", 30.0, 20.0, gain=-1.0)
     rows[2] = erroneous("gain mass", 60.0, 15.0, gain=-2.0)
     assert decided(*rows).kinds == () and len(decided(*rows).reasons) == 2

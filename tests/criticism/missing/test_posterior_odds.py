@@ -8,7 +8,9 @@ import pytest
 from scipy.integrate import trapezoid
 
 from bayes_placement import effects
+from bayes_placement.criticism.missing import _rows
 from bayes_placement.criticism.missing._hypotheses import Hypothesis
+from bayes_placement.criticism.missing._outliers import Mixture
 from bayes_placement.criticism.missing._posterior_odds import (
     Comparison,
     greatest_odds_expected,
@@ -198,6 +200,17 @@ def test_further_effects_are_expected_to_gain_no_more_than_the_one_before():
     assert 290 < gain < 300  # the prior halves and shares what the evidence gains
     worse = comparison(hypothesis([], -1000.0), hypothesis(["point_mass"], -1010.0))
     assert greatest_odds_expected(worse, 1, 2) == worse.log_odds(worse.hypotheses[1])
+
+
+def test_no_rule_says_what_a_second_effect_gains_where_the_noise_is_unknown(monkeypatch):
+    pool = comparison(hypothesis([], -1000.0), hypothesis(["point_mass"], -700.0))
+    assert greatest_odds_expected(pool, 1, 2) < 0
+    for each in pool.hypotheses:
+        monkeypatch.setattr(each.problem.experiment.noise, "deviation", lambda data: None)
+        del each.__dict__["is_noise_known"]
+    monkeypatch.setattr(_rows, "neumann_of", lambda each: (1.0, 1.0))
+    monkeypatch.setattr(Hypothesis, "with_outliers", Mixture(0.0, np.zeros(1)))
+    assert greatest_odds_expected(pool, 1, 2) == np.inf
 
 
 @pytest.mark.parametrize(

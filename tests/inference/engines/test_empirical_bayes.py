@@ -136,6 +136,18 @@ def test_what_follows_the_data_is_fitted_to_the_end(problem, alone, gains, monke
     assert set(gains) == {empirical_bayes.GAIN}
 
 
+def test_sizes_of_a_linear_model_are_the_same_from_any_point(problem, alone):
+    """From a descent cut short, where the data still pull, as from its end."""
+    curvature = np.linalg.inv(alone.fit.gaussian.covariance)
+    apart = np.random.default_rng(0).normal(size=problem.dimension)
+    ends = alone.fit._replace(gradient=np.zeros(problem.dimension))
+    short = ends._replace(point=ends.point + apart, gradient=curvature @ apart)
+    settled, begun = (empirical_bayes._better(alone.problem, fit) for fit in (ends, short))
+    assert begun == pytest.approx(settled, rel=1e-4)
+    unpulled = empirical_bayes._better(alone.problem, short._replace(gradient=ends.gradient))
+    assert unpulled != pytest.approx(settled, rel=1e-2)
+
+
 def test_a_fit_without_a_finite_curvature_leaves_the_sizes_as_they_are(alone):
     shapeless = laplace(alone.fit.point, np.full((alone.problem.dimension,) * 2, np.nan))
     fit = alone.fit._replace(gaussian=shapeless)
