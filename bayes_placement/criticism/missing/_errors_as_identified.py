@@ -68,10 +68,10 @@ def given_with_errors(exact: Hypothesis, errors: ModalErrors) -> Hypothesis:
 def refitted_from_given(
     exact: Hypothesis, found: Hypothesis, given: Hypothesis, rival: Rival
 ) -> Hypothesis:
-    """Return the fit of effects with a model error, or one that begins at that of fewer effects.
+    """Return the fit of effects with a model error, or one that begins at that of other effects.
 
-    It is fitted there where it is worse than without the others: these begin as weak ones, and as
-    they are where the model is exact.
+    It is fitted there where it is worse. What those do not have begins as weak effects, and as they
+    are where the model is exact.
     """
     if found.fit.log_evidence > given.fit.log_evidence - SHORT:
         return found

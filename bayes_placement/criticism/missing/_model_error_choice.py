@@ -16,6 +16,8 @@ from ...effects.library import Library
 from ...experiment.experiment import Experiment
 from ...experiment.model_error import Embedded, ModalErrors
 from ...experiment.noise import Data
+from ..kept_fits import NO_RIVAL
+from ._errors_as_identified import refitted_from_given
 from ._hypotheses import Hypothesis, finite, rival_among, takes_long
 from ._more_effects import (
     AT_FIRST,
@@ -257,7 +259,19 @@ def _deepened_with_errors(
         refitted = _refitted(_by_evidence(further), question, tick)
         comparison = comparison.with_hypotheses(finite(refitted.values()))
         question.seen(comparison)
-    return comparison
+    return _with_fewer_from_best(comparison)
+
+
+def _with_fewer_from_best(comparison: Comparison) -> Comparison:
+    """Fit what has fewer effects than the best hypothesis from the errors of that as well.
+
+    Posteriors of a model error have many modes. An effect that only begins at a better one explains
+    nothing.
+    """
+    weighed = comparison.weighed
+    *fewer, best = (comparison.hypotheses[n] for n in weighed.steps_to(weighed.best))
+    better = {each: refitted_from_given(each, each, best, NO_RIVAL) for each in fewer}
+    return comparison._replace(hypotheses=[better.get(h, h) for h in comparison.hypotheses])
 
 
 def _with_best_of_exact(
