@@ -1,6 +1,9 @@
 """Fits with a model error that begin where modes identified from the FRFs are."""
 
+from dataclasses import replace
+
 import numpy as np
+import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
@@ -10,6 +13,8 @@ from bayes_placement.criticism.missing._hypotheses import (
     problem_with_errors,
     with_errors,
 )
+from bayes_placement.criticism.missing._model_error_choice import _with_fewer_from_best
+from bayes_placement.criticism.missing._posterior_odds import Comparison
 from bayes_placement.inference.engines.empirical_bayes import SETTLED
 from tests.benchmarks.imperfect_experiments import given
 from tests.criticism import small
@@ -19,6 +24,7 @@ OFF = {"frequency": [0.06, -0.05, 0.04, -0.06], "damping": [0.4, -0.5, 0.3, -0.2
 """Logarithms of the true natural frequencies and damping over those of the model as given."""
 
 SIZES = {"frequency": 0.05, "damping": 0.4}
+GAIN = dist.Normal(0.0, 0.2)
 RIVALS = {"shape": None, "gain": None, "stiffness_and_mass": None, "runs": None}
 
 
@@ -61,6 +67,21 @@ def test_the_fit_is_that_of_the_greater_evidence(fitted):
     assert found.fit.log_evidence > from_zero.fit.log_evidence - SETTLED
     assert found.chi2_per_datum < 1.2 < 10 < exact.chi2_per_datum
     assert found.chi2_when_exact == exact.chi2_per_datum
+
+
+def test_without_an_effect_errors_begin_at_those_of_the_best_with_one_as_well(fitted):
+    exact, setup = fitted
+    errors = setup.with_model_error(bp.model_error.Embedded(**RIVALS)).model_error
+    given, gain = begin.given_with_errors(exact, errors), bp.effects.gain_error("s1", GAIN)
+    problem = given.problem.with_effect(gain).at_sizes(given.problem.sizes)
+    evidence = given.fit.log_evidence
+    at_the_best = given.fit._replace(point=given.point_in(problem), log_evidence=evidence + 20)
+    best = replace(given, effects=(gain,), problem=problem, fit=at_the_best)
+    stuck = given.fit._replace(point=0 * given.fit.point, log_evidence=evidence - 500)
+    comparison = Comparison([replace(given, fit=stuck), best], {"gain_error": 1})
+    found, beside = _with_fewer_from_best(comparison).hypotheses
+    assert beside is best and found.effects == ()
+    assert found.fit.log_evidence > evidence - SETTLED
 
 
 @pytest.mark.parametrize(
