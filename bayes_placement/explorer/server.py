@@ -119,7 +119,9 @@ class PageServer:
         self._sockets: dict[WebSocket, asyncio.Queue[bytes]] = {}
         self._cells: list[Callable[[bytes], None]] = []
         self._turns = ThreadPoolExecutor(1, thread_name_prefix="explorer")
-        self._started, self._count, self._taken = Event(), 0, 0
+        # Events: a thread that is joined when Ctrl-C comes counts as ended, though it runs on.
+        self._started, self._ended = Event(), Event()
+        self._count = self._taken = 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self._server = uvicorn.Server(self._config())
         self._thread = Thread(target=self._run, daemon=True, name="explorer-server")
@@ -149,13 +151,13 @@ class PageServer:
 
     def wait(self) -> None:
         """Wait until it is closed."""
-        while self._thread.is_alive():
-            self._thread.join(0.5)
+        while not self._ended.wait(0.5):  # in parts, so that Ctrl-C is seen
+            pass
 
     def close(self) -> None:
         """End the server, the workers and all pages."""
         self._server.should_exit = True
-        self._thread.join(5.0)
+        self._ended.wait(5.0)
         self._turns.shutdown(cancel_futures=True)  # nobody sees what is in line
         self.page.close()
 
@@ -180,7 +182,10 @@ class PageServer:
         )
 
     def _run(self) -> None:
-        asyncio.run(self._serve())
+        try:
+            asyncio.run(self._serve())
+        finally:
+            self._ended.set()
 
     async def _serve(self) -> None:
         self._loop = asyncio.get_running_loop()

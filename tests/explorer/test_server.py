@@ -3,7 +3,9 @@
 import asyncio
 import gc
 import json
+import os
 import random
+import signal
 import string
 import threading
 import time
@@ -556,6 +558,18 @@ def test_a_port_that_is_taken_is_told_in_a_sentence(page):
     port = int(page.address.split(":")[2].split("/")[0])
     with pytest.raises(InputError, match="cannot be used"):
         bp.explore(small.experiment(), small.measured(), port=port, browser=False)
+
+
+def test_ctrl_c_while_it_waits_leaves_a_server_that_still_ends(page):
+    """A thread that is joined meanwhile counts as ended from then on, and runs on."""
+    server = page._server
+    interrupt = threading.Timer(0.7, os.kill, (os.getpid(), signal.SIGINT))
+    interrupt.start()
+    with pytest.raises(KeyboardInterrupt):
+        page.wait()
+    interrupt.join()
+    assert server._thread.is_alive() and not server._ended.is_set()
+    assert status(page.address)[0] == 200
 
 
 def test_every_message_has_a_method():
