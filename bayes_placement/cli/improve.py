@@ -87,7 +87,20 @@ def _save(completed: CompletedModel, ledger: Ledger, inputs: Inputs) -> None:
             ledger.experiment, inputs.measurement, method, 0, begin("posterior")
         )
     inputs.run.tree("posterior.nc", posterior)
-    inputs.screen.text(f"Completed model: {completed.path}. Its posterior: posterior.nc.")
+    said = f"Completed model: {completed.path}. Its posterior: posterior.nc."
+    if not ledger.verdict:
+        said = (
+            f"No effect is claimed: {completed.path} is the model as given, with what was fitted."
+        )
+    inputs.screen.text(f"{said}{_beside_errors(completed, ledger)}")
+
+
+def _beside_errors(completed: CompletedModel, ledger: Ledger) -> str:
+    """Say that the numbers were found beside a model error that the file does not declare."""
+    if completed.model_error or not ledger.steps[-1].model_error:
+        return ""
+    line = "experiment = experiment.with_model_error(bp.model_error.Embedded())"
+    return f" Its numbers were found beside a model error, which it does not declare: {line}."
 
 
 def _run_states(request: Request, inputs: Inputs, states: Mapping[str, Measurements]) -> int:

@@ -4,6 +4,8 @@ import dataclasses
 import inspect
 import runpy
 import types
+from pathlib import Path
+from types import SimpleNamespace
 
 import jax.numpy as jnp
 import numpy as np
@@ -14,6 +16,7 @@ import bayes_placement as bp
 from bayes_placement import effects
 from bayes_placement._shared.compiled import compiled
 from bayes_placement.cli._save import CompletedModel, effect_as_typed
+from bayes_placement.cli.improve import _beside_errors
 from bayes_placement.criticism.missing._estimates import EFFECTS
 from bayes_placement.criticism.missing._parameter_estimate import ParameterEstimate
 from bayes_placement.criticism.missing.fitted_model import FittedModel
@@ -45,6 +48,17 @@ def test_the_completed_model_is_read_and_explains_the_data(tmp_path):
     assert misfit.passed
     known = bp.io.model.read(model).measurement
     assert content_hash(known) == content_hash(study.measurement)
+
+
+@pytest.mark.parametrize(
+    ("is_declared", "errors"), [(False, {"gain": 0.1}), (True, {}), (False, {})]
+)
+def test_numbers_found_beside_a_model_error_that_is_not_declared_say_so(is_declared, errors):
+    completed = CompletedModel(Path("new.py"), Path("model.py"), None, is_declared)
+    ledger = SimpleNamespace(steps=[SimpleNamespace(model_error=errors)])
+    assert ("with_model_error" in _beside_errors(completed, ledger)) == bool(errors)
+    completed = completed._replace(model_error=True)
+    assert _beside_errors(completed, ledger) == ""
 
 
 def around(unknown):
