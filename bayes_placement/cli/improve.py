@@ -87,17 +87,18 @@ def _save(completed: CompletedModel, ledger: Ledger, inputs: Inputs) -> None:
             ledger.experiment, inputs.measurement, method, 0, begin("posterior")
         )
     inputs.run.tree("posterior.nc", posterior)
+    has_errors = bool(ledger.steps[-1].model_error)
     said = f"Completed model: {completed.path}. Its posterior: posterior.nc."
     if not ledger.verdict:
         said = (
             f"No effect is claimed: {completed.path} is the model as given, with what was fitted."
         )
-    inputs.screen.text(f"{said}{_beside_errors(completed, ledger)}")
+    inputs.screen.text(f"{said}{_beside_errors(completed.model_error, has_errors)}")
 
 
-def _beside_errors(completed: CompletedModel, ledger: Ledger) -> str:
+def _beside_errors(is_declared: bool, has_errors: bool) -> str:
     """Say that the numbers were found beside a model error that the file does not declare."""
-    if completed.model_error or not ledger.steps[-1].model_error:
+    if is_declared or not has_errors:
         return ""
     line = "experiment = experiment.with_model_error(bp.model_error.Embedded())"
     return f" Its numbers were found beside a model error, which it does not declare: {line}."
