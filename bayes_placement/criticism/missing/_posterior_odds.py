@@ -153,15 +153,24 @@ def wants_more_effects(comparison: Comparison, depth: int, level: float) -> bool
 def greatest_odds_expected(comparison: Comparison, depth: int, further_effects: int) -> float:
     """Odds that hypotheses of so many effects and some more are not expected to exceed.
 
-    Of effects that move different data, each gains less than the one before. A rule of the search,
-    no bound: two effects can hide each other. It says nothing of the second effect where the noise
-    is unknown: its log falls the more the less is left.
+    Of effects that move different data, each lowers the misfit less than the one before. A rule of
+    the search, no bound: two effects can hide each other.
     """
     before, best = (_best_of(comparison, count) for count in (depth - 1, depth))
-    if depth == 1 and not best.is_noise_known:
-        return np.inf
-    odds = [comparison.log_odds(each) for each in (before, best)]
-    return float(odds[1] + further_effects * max(0.0, odds[1] - odds[0]))
+    odds = comparison.log_odds(best)
+    gain = max(0.0, odds - comparison.log_odds(before))
+    if best.is_noise_known:
+        return odds + further_effects * gain
+    return odds + _gain_of_less_noise(gain, further_effects, best.problem.count)
+
+
+def _gain_of_less_noise(gain: float, further_effects: int, count: int) -> float:
+    """Log evidence gained where the mean square falls with each effect as much as it just did.
+
+    The noise takes up the misfit, so that the log evidence falls with the log of the mean square.
+    """
+    left = 1.0 - further_effects * float(np.expm1(2 * gain / count))
+    return np.inf if left <= 0 else -0.5 * count * float(np.log(left))
 
 
 def may_explain(comparison: Comparison, depth: int, further_effects: int, level: float) -> bool:

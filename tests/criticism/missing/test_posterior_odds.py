@@ -202,15 +202,23 @@ def test_further_effects_are_expected_to_gain_no_more_than_the_one_before():
     assert greatest_odds_expected(worse, 1, 2) == worse.log_odds(worse.hypotheses[1])
 
 
-def test_no_rule_says_what_a_second_effect_gains_where_the_noise_is_unknown(monkeypatch):
-    pool = comparison(hypothesis([], -1000.0), hypothesis(["point_mass"], -700.0))
-    assert greatest_odds_expected(pool, 1, 2) < 0
+@pytest.mark.parametrize(("share", "left"), [(1.0, 0.0), (0.6, 0.0), (0.1, 0.8), (0.0, 1.0)])
+def test_where_the_noise_is_unknown_the_mean_square_is_expected_to_fall(monkeypatch, share, left):
+    """By a share of what is left, which two more effects take away again."""
+    gain = 0.5 * COUNT * np.log1p(share)
+    pool = comparison(hypothesis([], -1000.0), hypothesis(["point_mass"], -1000.0 + gain))
     for each in pool.hypotheses:
         monkeypatch.setattr(each.problem.experiment.noise, "deviation", lambda data: None)
-        del each.__dict__["is_noise_known"]
     monkeypatch.setattr(_rows, "neumann_of", lambda each: (1.0, 1.0))
     monkeypatch.setattr(Hypothesis, "with_outliers", Mixture(0.0, np.zeros(1)))
-    assert greatest_odds_expected(pool, 1, 2) == np.inf
+    monkeypatch.setattr(Comparison, "_log_prior_of_kinds", lambda self, each: 0.0)
+    expected = greatest_odds_expected(pool, 1, 2)
+    single = pool.log_odds(pool.hypotheses[1])
+    if left == 0.0:
+        assert expected == np.inf
+    else:
+        # Half of the prior goes to each further effect.
+        assert expected - single == pytest.approx(-0.5 * COUNT * np.log(left), abs=2)
 
 
 @pytest.mark.parametrize(
