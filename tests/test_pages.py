@@ -19,7 +19,7 @@ HOW_TO = {
     "my_file": ("Save these lines as measured.toml", "gain_error"),
     "identify": ("160.893", "5 modes from 160.894 to 836.62 Hz, shapes at 3"),
     "my_modes": ("ModalParameters: 5 modes", "The model fails", "Missing is point_mass"),
-    "my_fe_model": ("compliant_support", "left end"),
+    "my_fe_model": ("compliant_support", "left end", "54.0236"),
     "nastran": ("14.078",),
     "ansys": ("[[22  1]",),
     "abaqus": ("[[2 1]]", "129.949"),
