@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Int
 
@@ -52,7 +53,8 @@ class LooseJoint(OnPart):
     def hinges(self, modes: Modes) -> list[SoftenedSupport]:
         """The joint, which is a part of the model that becomes softer, after all supports."""
         supports = original_nodal_modes(modes).static_shapes.supports
-        return [SoftenedSupport(len(supports) + self.joint, self.compliance)]  # type: ignore[operator]
+        number = len(supports) + jnp.asarray(self.joint)  # an array, once it was found by name
+        return [SoftenedSupport(number, self.compliance)]
 
     def setting(self, modes: Modes, instruments: Instruments) -> str:
         """Node and axis of the joint."""
@@ -61,7 +63,10 @@ class LooseJoint(OnPart):
     def remark(self, estimates: Mapping[str, tuple[float, float]]) -> str:
         """Say how stiff its spring is, where that is known."""
         mean, deviation = estimates.get("compliance", (0.0, 0.0))
-        return f"a spring of {1 / mean:.3g} N m/rad" if mean > 2 * deviation else ""
+        if mean <= 2 * deviation:
+            return ""
+        digits = dict(precision=4, unique=False, fractional=False, trim="-")
+        return f"a spring of {np.format_float_positional(1 / mean, **digits)} N m/rad"
 
     @classmethod
     def suggest(cls, scales: Scales) -> list["LooseJoint"]:

@@ -21,7 +21,7 @@ from . import _part_factors
 from ._part_factors import NamedMatrices, Powers, Range, cell_masses
 from .affine_modes import AffineModes
 from .interpolation import Interpolation
-from .loose_joints import MOST_JOINTS, Joint
+from .loose_joints import MOST_JOINTS, MOST_NODES, Joint
 from .loose_joints import joints as joints_of
 from .matrices import Affine, Matrices, ReducedBasis, Sparse
 from .matrices._matrix_checks import sparse
@@ -249,7 +249,7 @@ def _nodal(
 
 def _joints(matrices: Matrices, soft: Mapping[str, SupportMotion]) -> dict[str, Joint]:
     """Joints that are tried where none are named: few, and no supports that may turn anyway."""
-    if matrices.regions:
+    if matrices.regions or len(matrices.node) > MOST_NODES:
         return {}
     softened = [matrices.dof[support.rows] for support in soft.values()]
     turning = {node for rows in softened for node, direction in rows.tolist() if direction > 3}

@@ -14,14 +14,17 @@ from .matrices import Matrices
 MOST_JOINTS = 40
 """Joints of a frame that are tried where none are named."""
 
+MOST_NODES = 20_000
+"""Nodes of a model in which joints are looked for where none are named: no frame has more."""
+
 IN_LINE = np.cos(np.radians(15.0))
 """Cosine of the angle up to which two elements are one member, which may be curved."""
 
 SAME_SECTION = 0.25
-"""Relative difference of flexibility up to which two elements are one member, maybe tapered."""
+"""Relative change of flexibility up to which two elements are one member, maybe tapered."""
 
 _ROUNDING = 1e-4  # of stiffness; matrices may have few digits, and shells are far off
-_ALMOST_EQUAL = 1e-6  # of stiffness, by which axes that bend alike are told apart
+_ALMOST_EQUAL = 1e-8  # of stiffness, by which axes that bend alike are told apart
 _WEAKEST = 1e-9  # of the stiffness at a node, below which an element is none
 
 # Momenta at an end that turns over those at the other end.
@@ -33,6 +36,7 @@ Nodes = Int[np.ndarray, "end"]
 Rows = Int[np.ndarray, "node 6"]
 Blocks = Float[np.ndarray, "end 6 6"]
 Vector = Float[np.ndarray, "6"]
+Square = Float[np.ndarray, "3 3"]
 InSpace = Float[np.ndarray, "3"]
 
 
@@ -182,11 +186,17 @@ def _is_one_member(matrices: Matrices, ends: _Ends) -> bool:
     # A constant moment turns an end by its length over E I, whatever it shears.
     turn = np.linalg.pinv(ends.own, rcond=1e-12, hermitian=True)[:, 3:, 3:]
     one, other = turn * length[::-1, None, None]
-    is_alike = np.abs(one - other).max() < SAME_SECTION * np.abs(one).max()
-    return bool(is_alike and -arm[0] @ arm[1] > IN_LINE * length[0] * length[1])
+    ratios = [_greatest_ratio(one, other), _greatest_ratio(other, one)]
+    is_straight = -arm[0] @ arm[1] > IN_LINE * length[0] * length[1]
+    return bool(is_straight and max(ratios) < 1 + SAME_SECTION)
 
 
-def _axes(stiffness: Float[np.ndarray, "3 3"]) -> list[InSpace]:
+def _greatest_ratio(one: Square, other: Square) -> float:
+    """Greatest ratio of two flexibilities about any axis in which they have one."""
+    return float(np.linalg.eigvals(np.linalg.pinv(other, rcond=1e-9) @ one).real.max())
+
+
+def _axes(stiffness: Square) -> list[InSpace]:
     """Principal axes of the stiffness of an end against rotations, but those that cost nothing."""
     size = np.trace(stiffness)
     values, axes = np.linalg.eigh(stiffness + _ALMOST_EQUAL * size * np.diag([0.0, 1.0, 2.0]))

@@ -161,8 +161,10 @@ def static_shapes(
     The model gives all modes up to some frequency, members their geometric stiffness under a unit
     tension [1/m]; shapes are wanted at some rows.
     """
-    for name in [*soft, *joints]:
-        printable_name("A support or joint of the name", name)
+    for name in soft:
+        printable_name("A support of the name", name)
+    for name in joints:
+        printable_name("A joint of the name", name)
     modes = model.shape.shape[1]
     if not (soft or joints) and (modes == _free(matrices) or not (matrices.regions or members)):
         return no_static_shapes(len(rows), modes)

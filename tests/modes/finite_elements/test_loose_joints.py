@@ -1,0 +1,247 @@
+"""Joints of frames: where they are, what passes through them, and frames with a sprung one."""
+
+import itertools
+
+import jax
+import numpy as np
+import numpyro.distributions as dist
+import pytest
+import scipy.linalg
+
+import bayes_placement as bp
+from bayes_placement import effects, finite_elements
+from bayes_placement.modes.finite_elements import interpolation, loose_joints, soft_supports
+from tests.simulator import space_frames
+from tests.small_models import Plate, free_beam, solid
+
+BAR = space_frames.RoundBar(0.008)
+PORTAL = [(0.0, 0.0, 0.0), (0.0, 0.6, 0.0), (0.8, 0.6, 0.0), (0.8, 0.0, 0.0)]
+SKEW = [(0.0, 0.0, 0.0), (0.1, 0.0, 0.5), (0.7, 0.2, 0.6), (0.8, 0.5, 0.1)]
+COUNT = 5  # elements of a member
+
+
+def along(corners, bar=BAR, count=COUNT):
+    """Members from corner to corner: arguments of Matrices, and elements."""
+    parts = [space_frames.line(np.array(a), b, count) for a, b in itertools.pairwise(corners)]
+    position = np.concatenate([nodes[:-1] for nodes, _ in parts] + [parts[-1][0][-1:]])
+    elements = np.concatenate([ends + count * number for number, (_, ends) in enumerate(parts)])
+    return space_frames.matrices(position, elements, bar), elements
+
+
+def clamped(model, *nodes, directions=(1, 2, 3, 4, 5, 6), moving=(1, 2, 3, 4, 5, 6), **options):
+    """Matrices with some directions held at some nodes, and all but those that move anywhere."""
+    node, direction = model["dof"].T
+    held = np.isin(node, nodes) & np.isin(direction, directions) | ~np.isin(direction, moving)
+    return finite_elements.Matrices(**model, fixed=np.flatnonzero(held), **options)
+
+
+def portal(**options):
+    """Portal of COUNT elements a member, that moves in its plane, clamped at both feet."""
+    model, elements = along(PORTAL)
+    return clamped(model, 1, 3 * COUNT + 1, moving=(1, 2, 6), **options), elements
+
+
+def plane_rows(model):
+    """Rows of a model in the plane x, y alone."""
+    rows = np.flatnonzero(np.isin(model["dof"][:, 1], (1, 2, 6)))
+    parts = {name: model[name].tocsr()[rows][:, rows] for name in ("stiffness", "mass")}
+    return parts | dict(position=model["position"], dof=model["dof"][rows])
+
+
+FRAMES = {
+    "in space": lambda: clamped(along(SKEW)[0], 1, 3 * COUNT + 1),
+    "free": lambda: clamped(along(SKEW)[0]),
+    "in a plane": lambda: portal()[0],
+    "of plane rows": lambda: clamped(plane_rows(along(PORTAL)[0]), 1, 3 * COUNT + 1),
+}
+
+
+@pytest.mark.parametrize("name", FRAMES)
+def test_a_joint_transmits_what_its_element_does(name):
+    matrices = FRAMES[name]()
+    joints = finite_elements.joints(matrices)
+    assert len(joints) == {"in space": 12, "free": 6}.get(name, 4)
+    for joint in joints.values():
+        nodes = np.unique(matrices.dof[np.abs(joint.moment) > 0, 0])
+        start, end = matrices.position[nodes[np.argsort(nodes != joint.node)] - 1]
+        force = np.zeros((2, 2, 6))
+        both = np.flatnonzero(np.isin(matrices.dof[:, 0], nodes))
+        other = np.array(matrices.dof[both, 0] != joint.node, dtype=int)
+        force[:, other, matrices.dof[both, 1] - 1] = np.stack([joint.moment, joint.momentum])[:, both]
+        # The moment that the turned end bears tells about which axis it was turned.
+        stiffness, mass = space_frames.element(start, end, BAR)
+        axis = np.linalg.solve(stiffness[3:6, 3:6], force[0, 0, 3:])
+        np.testing.assert_allclose(np.linalg.norm(axis), 1.0)
+        for matrix, column in zip((stiffness, mass), force, strict=True):
+            expected = matrix[:, 3:6] @ axis
+            np.testing.assert_allclose(column.ravel(), expected, atol=1e-5 * abs(expected).max())
+        np.testing.assert_allclose(joint.stiffness, axis @ stiffness[3:6, 3:6] @ axis)
+        np.testing.assert_allclose(joint.inertia, axis @ mass[3:6, 3:6] @ axis)
+
+
+def ends_of(joints):
+    return [name.partition(" about")[0] for name in joints]
+
+
+def thicker(radius):
+    """A straight member whose second half is thicker, free to move in its plane; clamped."""
+    parts = [along([(0, 0, 0), (0.5, 0, 0), (1, 0, 0)], bar)[0] for bar in (BAR, radius)]
+    rows = np.arange(len(parts[0]["dof"]))
+    half = 6 * (COUNT + 1)
+    whole = dict(parts[0])
+    for name in ("stiffness", "mass"):
+        thin, thick = (
+            along([(0, 0, 0), (0.5, 0, 0)], bar)[0][name].toarray() for bar in (BAR, radius)
+        )
+        whole[name] = np.zeros((rows.size, rows.size))
+        whole[name][:half, :half] += thin
+        whole[name][half - 6 :, half - 6 :] += thick
+    return clamped(whole, 1, moving=(1, 2, 6))
+
+
+def tee():
+    """A column, on which two halves of a beam meet a third member, in a plane."""
+    model, elements = along([(-0.5, 0.5, 0), (0, 0.5, 0), (0.5, 0.5, 0)])
+    column, ends = along([(0, 0, 0), (0, 0.5, 0)])
+    position = np.concatenate([model["position"], column["position"][:-1]])
+    ends = np.where(ends == COUNT, COUNT, ends + 2 * COUNT + 1)
+    whole = space_frames.matrices(position, np.concatenate([elements, ends]), BAR)
+    return clamped(whole, 2 * COUNT + 2, moving=(1, 2, 6))
+
+
+def test_joints_are_where_elements_meet_otherwise_than_in_line():
+    joints = finite_elements.joints(portal()[0])
+    assert list(joints) == [f"node {COUNT * corner + 1} about z" for corner in range(4)]
+    pinned = clamped(along(PORTAL)[0], 1, 16, directions=(1, 2), moving=(1, 2, 6))
+    assert ends_of(finite_elements.joints(pinned)) == ["node 6", "node 11"]
+    bent = along([(0, 0, 0), (0.5, 0, 0), (1.0, 0.1, 0)])[0]
+    assert ends_of(finite_elements.joints(clamped(bent, 1, moving=(1, 2, 6)))) == ["node 1"]
+    at_column = [f"node 6 to {other}" for other in (5, 7, 16)]
+    assert ends_of(finite_elements.joints(tee())) == [*at_column, "node 12"]
+
+
+@pytest.mark.parametrize(("ratio", "more"), [(1.03, []), (1.1, ["node 6"])])
+def test_a_joint_is_where_the_section_changes(ratio, more):
+    joints = finite_elements.joints(thicker(space_frames.RoundBar(ratio * BAR.radius)))
+    assert ends_of(joints) == ["node 1", *more]
+
+
+def test_a_clamp_of_two_members_has_a_joint_of_each():
+    matrices = clamped(along(PORTAL)[0], 6, moving=(1, 2, 6))
+    assert ends_of(finite_elements.joints(matrices)) == ["node 6 to 5", "node 6 to 7", "node 11"]
+
+
+def without_twist(model):
+    """A plate whose twist is held and left out: rigid motions cost nothing, nodes have rotations."""
+    rows = np.flatnonzero(model["dof"][:, 1] != 7)
+    parts = {name: model[name].tocsr()[rows][:, rows] for name in ("stiffness", "mass")}
+    return parts | dict(position=model["position"], dof=model["dof"][rows])
+
+
+def on_a_spring():
+    """A beam under tension: its turning costs energy."""
+    model = free_beam()
+    position, dof = model["position"], model["dof"]
+    elements = np.stack([np.arange(len(position) - 1), np.arange(1, len(position))], axis=1)
+    rows = 6 * (dof[:, 0] - 1) + dof[:, 1] - 1
+    grid = finite_elements.ModalModel.from_arrays(
+        position=position,
+        shape=np.ones((len(position), 6, 1)),
+        natural_frequency=[1.0],
+        modal_mass=1.0,
+    )
+    tension = interpolation.frame_geometric_stiffness(grid, elements)[rows][:, rows]
+    size = model["stiffness"].diagonal().max() / tension.diagonal().max()
+    return model | dict(stiffness=model["stiffness"] + 0.1 * size * tension)
+
+
+OTHERS = {
+    "solid": lambda: solid((2, 2, 2), (1.0, 1.0, 1.0)),
+    "plate": lambda: {
+        name: value for name, value in Plate((4, 3), (0.4, 0.3)).model().items() if name != "fixed"
+    },
+    "plate without twist": lambda: without_twist(Plate((4, 3), (0.4, 0.3)).model()),
+    "beam under tension": on_a_spring,
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_what_is_no_frame_has_no_joints(name):
+    matrices = finite_elements.Matrices(**OTHERS[name](), fixed=[0, 1])
+    assert finite_elements.joints(matrices) == {}
+
+
+def sprung(model, element, node, axis, compliance):
+    """Dense matrices with one row more, by which the end of one element turns at a node."""
+    size = len(model["dof"])
+    whole = []
+    for name, part in zip(("stiffness", "mass"), element, strict=True):
+        matrix = np.zeros((size + 1, size + 1))
+        matrix[:size, :size] = model[name].toarray()
+        rows = np.concatenate([6 * end + np.arange(6) for end in node])
+        motion = np.zeros((12, size + 1))
+        motion[np.arange(12), rows] = 1.0
+        matrix -= motion.T @ part @ motion
+        motion[3:6, -1] = -axis
+        whole.append(matrix + motion.T @ part @ motion)
+    whole[0][-1, -1] += 1 / compliance
+    return whole
+
+
+def spring_at(matrices, elements, name, compliance):
+    """Dense matrices of the rows that may move with a spring in a joint, made anew."""
+    joint = finite_elements.joints(matrices)[name]
+    index = joint.node - 1
+    ends = next(pair[:: 1 if pair[0] == index else -1] for pair in elements if index in pair)
+    of_element = space_frames.element(*matrices.position[ends], BAR)
+    row = np.flatnonzero((matrices.dof[:, 0] == joint.node) & (matrices.dof[:, 1] > 3))
+    axis = np.linalg.solve(of_element[0][3:6, 3:6], joint.moment[row])
+    model = dict(stiffness=matrices.stiffness, mass=matrices.mass, dof=matrices.dof)
+    whole = sprung(model, of_element, ends, axis, compliance)
+    free = np.setdiff1d(np.arange(len(matrices.dof) + 1), matrices.fixed)
+    return [matrix[np.ix_(free, free)] for matrix in whole], free
+
+
+@pytest.mark.parametrize("compliance", [1e-5, 1e-3, 1.0])
+@pytest.mark.parametrize(
+    ("name", "up_to"), [("in space", 3000.0), ("in a plane", 4000.0), ("free", 3000.0)]
+)
+def test_a_sprung_joint_responds_as_a_dense_model_does(name, up_to, compliance):
+    matrices, elements = FRAMES[name](), along(PORTAL)[1]
+    reading = interpolation.frame(matrices, elements)
+    modes = finite_elements.modes(matrices, reading, up_to=up_to)
+    where = [word for word in modes.static_shapes.joints if word.startswith("node 6 ")][-1]
+    (stiffness, mass), free = spring_at(matrices, elements, where, compliance)
+    squares, shape = scipy.linalg.eigh(stiffness, mass)
+    rigid, natural = modes.rigid_body_modes, np.sqrt(np.maximum(squares, 0.0))
+    base = bp.Structure(modes, damping=bp.damping.Modal(0.005))
+    loose = base + effects.loose_joint(where, compliance)
+    found = 2 * np.pi * np.asarray(jax.jit(lambda: loose.proper_modes().natural_frequency)())
+    drawn = 2 * np.pi * np.asarray(modes.natural_frequency)
+    lowest = slice(rigid, rigid + 5)
+    np.testing.assert_allclose(found[lowest], natural[lowest], rtol=1e-6)
+    assert compliance < 1e-4 or (drawn[lowest] / natural[lowest] - 1).max() > 1e-2
+    # Near the resonances, at a node and in its neighbour.
+    omega = np.sort(np.outer(natural[lowest], (0.995, 1.0, 1.005)).ravel())
+    rows = np.searchsorted(free, [6 * 2, 6 * 8 + 1])
+    gain = shape[rows]
+    dynamic = natural**2 + 2j * 0.005 * natural * omega[:, None] - omega[:, None] ** 2
+    dynamic[:, :rigid] = -(omega[:, None] ** 2)
+    expected = np.einsum("ir,jr,lr->ijl", gain, gain, 1 / dynamic)
+    places = [matrices.position[2], matrices.position[8]]
+    response = response_between(loose, places, omega)
+    size = np.sqrt(np.mean(np.abs(expected) ** 2, axis=-1, keepdims=True))
+    assert (np.abs(response - expected) / size).max() < 1e-3
+
+
+def response_between(structure, places, omega):
+    """Receptance between the third node along x and the ninth along y."""
+    experiment = bp.Experiment(
+        structure,
+        sensors=[bp.Sensor(f"s{i}", at=at, directions=(i,)) for i, at in enumerate(places, 1)],
+        actuators=[bp.Actuator(f"a{i}", at=at, directions=(i,)) for i, at in enumerate(places, 1)],
+        frequency=omega / (2 * np.pi),
+        observe=bp.observe.Complex("displacement"),
+        noise=None,
+    )
+    return experiment.nominal_measurement().frf
