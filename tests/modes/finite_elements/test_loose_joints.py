@@ -10,7 +10,7 @@ import scipy.linalg
 
 import bayes_placement as bp
 from bayes_placement import effects, finite_elements
-from bayes_placement.modes.finite_elements import interpolation, loose_joints, soft_supports
+from bayes_placement.modes.finite_elements import interpolation, soft_supports
 from tests.simulator import space_frames
 from tests.small_models import Plate, free_beam, solid
 
@@ -67,7 +67,9 @@ def test_a_joint_transmits_what_its_element_does(name):
         force = np.zeros((2, 2, 6))
         both = np.flatnonzero(np.isin(matrices.dof[:, 0], nodes))
         other = np.array(matrices.dof[both, 0] != joint.node, dtype=int)
-        force[:, other, matrices.dof[both, 1] - 1] = np.stack([joint.moment, joint.momentum])[:, both]
+        force[:, other, matrices.dof[both, 1] - 1] = np.stack([joint.moment, joint.momentum])[
+            :, both
+        ]
         # The moment that the turned end bears tells about which axis it was turned.
         stiffness, mass = space_frames.element(start, end, BAR)
         axis = np.linalg.solve(stiffness[3:6, 3:6], force[0, 0, 3:])
@@ -132,13 +134,13 @@ def test_a_clamp_of_two_members_has_a_joint_of_each():
 
 
 def without_twist(model):
-    """A plate whose twist is held and left out: rigid motions cost nothing, nodes have rotations."""
+    """A plate whose twist is left out: its nodes have rotations, and rigid motions cost nothing."""
     rows = np.flatnonzero(model["dof"][:, 1] != 7)
     parts = {name: model[name].tocsr()[rows][:, rows] for name in ("stiffness", "mass")}
     return parts | dict(position=model["position"], dof=model["dof"][rows])
 
 
-def on_a_spring():
+def under_tension():
     """A beam under tension: its turning costs energy."""
     model = free_beam()
     position, dof = model["position"], model["dof"]
@@ -161,7 +163,7 @@ OTHERS = {
         name: value for name, value in Plate((4, 3), (0.4, 0.3)).model().items() if name != "fixed"
     },
     "plate without twist": lambda: without_twist(Plate((4, 3), (0.4, 0.3)).model()),
-    "beam under tension": on_a_spring,
+    "beam under tension": under_tension,
 }
 
 
@@ -245,3 +247,74 @@ def response_between(structure, places, omega):
         noise=None,
     )
     return experiment.nominal_measurement().frf
+
+
+def modes_of(matrices, elements, **options):
+    reading = interpolation.frame(matrices, elements)
+    return finite_elements.modes(matrices, reading, up_to=1000.0, **options)
+
+
+def test_joints_are_tried_unasked_but_in_regions_and_soft_supports(monkeypatch):
+    matrices, elements = portal()
+    assert modes_of(matrices, elements).static_shapes.joints == tuple(joints_at(1, 6, 11, 16))
+    soft = {
+        "foot": soft_supports.springs(matrices, 5),
+        "seat": soft_supports.springs(matrices, 6 * 15),
+    }
+    found = modes_of(matrices, elements, soft=soft).static_shapes
+    assert (found.supports, found.joints) == (("foot", "seat"), tuple(joints_at(6, 11, 16)))
+    assert modes_of(matrices, elements, joints={}).static_shapes.joints == ()
+    named = portal(regions={"all": matrices.stiffness})[0]
+    assert modes_of(named, elements).static_shapes.joints == ()
+    monkeypatch.setattr(finite_elements.from_matrices, "MOST_JOINTS", 3)
+    assert modes_of(matrices, elements).static_shapes.joints == ()
+
+
+def joints_at(*nodes):
+    return [f"node {node} about z" for node in nodes]
+
+
+def test_a_joint_is_suggested_up_to_a_hinge_and_tells_its_spring():
+    matrices, elements = portal()
+    structure = bp.Structure(modes_of(matrices, elements), damping=bp.damping.Modal(0.01))
+    experiment = bp.Experiment(
+        structure,
+        sensors=[bp.Sensor("s1", at=(0.4, 0.6, 0.0), directions=(2,))],
+        actuators=[bp.Actuator("a1", at=(0.4, 0.6, 0.0), directions=(2,))],
+        frequency=[20.0],
+        observe=bp.observe.Complex("displacement"),
+        noise=None,
+    )
+    suggested = effects.library(experiment, ["loose_joint"]).effects
+    member = BAR.youngs_modulus * BAR.moment / 0.7
+    for effect in suggested:
+        assert 1.0 < effect.compliance.high * member < 20.0
+    corner, on = suggested[1], (structure.modes, effects.Scales(experiment).instruments)
+    assert corner.setting(*on) == "joint at node 6 about z"
+    np.testing.assert_allclose(corner.location(*on), PORTAL[1])
+    assert corner.remark({"compliance": (1 / 1500.2, 1e-6)}) == "a spring of 1500 N m/rad"
+    assert corner.remark({"compliance": (1e-6, 1e-6)}) == ""
+    with pytest.raises(ValueError, match=r"node 6 about z.*joints=finite_elements\.joints"):
+        structure + effects.loose_joint("node 7 about z", 1e-3)
+
+
+@pytest.mark.long
+def test_a_loose_corner_is_named_with_its_spring():
+    matrices, elements = portal()
+    modes = modes_of(matrices, elements)
+    asked = bp.Experiment(
+        bp.Structure(modes, damping=bp.damping.Modal(dist.Uniform(0.002, 0.03))),
+        sensors=[
+            bp.Sensor("s1", at=(0.0, 0.25, 0.0), directions=(1,)),
+            bp.Sensor("s2", at=(0.33, 0.6, 0.0), directions=(2,)),
+        ],
+        actuators=[bp.Actuator("a1", at=(0.0, 0.4, 0.0), directions=(1,))],
+        frequency=np.arange(5.0, 250.0, 1.5),
+        observe=bp.observe.Complex("acceleration"),
+        noise=bp.noise.Relative(0.02, 0.01),
+    )
+    true = asked + effects.loose_joint("node 11 about z", 1 / 600)
+    ledger = bp.improve(asked, true.nominal_measurement())
+    words = ledger.words()[0]
+    assert "loose_joint, joint at node 11 about z" in words
+    assert "a spring of 600 N m/rad" in words
