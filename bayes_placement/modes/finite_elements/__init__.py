@@ -4,7 +4,7 @@ from . import interpolation, soft_supports
 from .affine_modes import AffineModes
 from .from_matrices import affine, modes
 from .interpolation._scikit_fem_elements import from_scikit_fem
-from .loose_joints import Joint, joints
+from .loose_joints import joints
 from .matrices import Affine, Matrices
 from .modal_model import ModalModel
 from .nodal_modes import DerivedNodalModes, NodalModes, UnknownModes, modes_from_shapes
@@ -13,7 +13,6 @@ __all__ = [
     "Affine",
     "AffineModes",
     "DerivedNodalModes",
-    "Joint",
     "Matrices",
     "ModalModel",
     "NodalModes",
