@@ -65,8 +65,10 @@ class LooseJoint(OnPart):
         mean, deviation = estimates.get("compliance", (0.0, 0.0))
         if mean <= 2 * deviation:
             return ""
-        digits = dict(precision=4, unique=False, fractional=False, trim="-")
-        return f"a spring of {np.format_float_positional(1 / mean, **digits)} N m/rad"
+        stiffness = np.format_float_positional(
+            1 / mean, precision=4, unique=False, fractional=False, trim="-"
+        )
+        return f"a spring of {stiffness} N m/rad"
 
     @classmethod
     def suggest(cls, scales: Scales) -> list["LooseJoint"]:

@@ -171,7 +171,8 @@ def static_shapes(
     parts, tension = _parts(matrices, model, soft, joints, members)
     per_part = max(part.shape.shape[1] for part in parts)
     shape, load, relief = (
-        np.hstack([_padded(part[side], per_part) for part in parts]) for side in range(3)
+        np.hstack([_padded(of_part, per_part) for of_part in side])
+        for side in zip(*(part[:3] for part in parts), strict=True)
     )
     participation = model.shape.T @ (matrices.mass @ shape - relief)
     residual = shape - model.shape @ participation
@@ -261,7 +262,7 @@ def _constraint_modes(matrices: Matrices, model: ModalModel, soft: SupportMotion
     reaction = soft.motion.T @ release.stiffness @ soft.motion
     patterns = eigh(reaction, soft.pattern)[1][:, :MAX_PATTERNS]
     shape = release.shape @ (soft.motion @ patterns)
-    return LoadedShapes(shape, *np.zeros((2, *shape.shape)), 0.0)
+    return LoadedShapes(shape, 0 * shape, 0 * shape, 0.0)
 
 
 def _attachment_mode(matrices: Matrices, joint: Joint) -> LoadedShapes:
