@@ -185,7 +185,7 @@ def frame():
     place = 0.7 * np.array(corners[1]) + 0.3 * np.array(corners[2])
     # Without its momentum a joint takes from the stiffness alone.
     joint = finite_elements.joints(matrices)["node 5 about y"]
-    joints = {"corner": joint._replace(momentum=0 * joint.momentum, inertia=0.0)}
+    joints = {"corner": joint._replace(momentum=0 * joint.momentum)}
     reading = interpolation.frame(matrices, elements)
     return _scene(matrices, reading, seats, place, members, soft, 6, joints)
 

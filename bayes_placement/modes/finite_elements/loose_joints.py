@@ -48,14 +48,14 @@ class Joint(NamedTuple):
     ----------
     node
         Number of the node.
+    other
+        Number of the node at the other end of the element.
+    turn
+        Motion of the rows of `dof` where this end turns by one radian.
     moment
-        Moment in the joint under a unit motion of each row of `dof` [N m/m, N m/rad].
-    stiffness
-        Moment in it where this end of its element alone turns by one radian [N m/rad].
+        Moment in the joint under a unit motion of each row [N m/m, N m/rad].
     momentum
-        Angular momentum of the element in the joint under a unit velocity of each row.
-    inertia
-        That momentum where this end alone turns by one radian in a second [kg m2].
+        Angular momentum of the element about it under a unit velocity of each row.
 
     Examples
     --------
@@ -64,10 +64,15 @@ class Joint(NamedTuple):
     """
 
     node: int
+    other: int
+    turn: Float[np.ndarray, "dof"]
     moment: Float[np.ndarray, "dof"]
-    stiffness: float
     momentum: Float[np.ndarray, "dof"]
-    inertia: float
+
+    @property
+    def stiffness(self) -> float:
+        """Moment in the joint where this end alone turns by one radian [N m/rad]."""
+        return float(self.turn @ self.moment)
 
 
 class _Ends(NamedTuple):
@@ -214,15 +219,16 @@ def _in_words(axis: InSpace) -> str:
 def _joint(matrices: Matrices, table: Rows, end: _Ends, axis: InSpace) -> Joint:
     """Return the joint of one end about one axis."""
     here, there = table[end.node[0]], table[end.other[0]]
-    turn = np.concatenate([np.zeros(3), axis])
-    force = end.own[0] @ turn, end.opposite[0] @ turn
-    coupled = matrices.mass[there][:, here].toarray() * np.outer(there >= 0, here >= 0) @ turn
-    own = _own_momentum(coupled, axis)
-    moment, momentum = np.zeros((2, len(matrices.dof)))
-    for rows, *at_node in ((here, force[0], own), (there, force[1], coupled)):
-        moment[rows[rows >= 0]], momentum[rows[rows >= 0]] = np.stack(at_node)[:, rows >= 0]
-    node = int(matrices.node[end.node[0]])
-    return Joint(node, moment, float(turn @ force[0]), momentum, float(turn @ own))
+    turned, still = np.concatenate([np.zeros(3), axis]), np.zeros(6)
+    coupled = matrices.mass[there][:, here].toarray() * np.outer(there >= 0, here >= 0) @ turned
+    vectors = np.zeros((3, len(matrices.dof)))
+    for rows, *at_node in (
+        (here, turned, end.own[0] @ turned, _own_momentum(coupled, axis)),
+        (there, still, end.opposite[0] @ turned, coupled),
+    ):
+        vectors[:, rows[rows >= 0]] = np.stack(at_node)[:, rows >= 0]
+    numbers = matrices.node[[end.node[0], end.other[0]]].tolist()
+    return Joint(*numbers, *vectors)
 
 
 def _own_momentum(coupled: Vector, axis: InSpace) -> Vector:

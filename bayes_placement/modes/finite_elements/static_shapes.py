@@ -10,7 +10,7 @@ from typing import NamedTuple
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 from scipy.linalg import block_diag, cholesky, eigh, solve_triangular
 
 from ...positions.channel import printable_name
@@ -136,10 +136,8 @@ class LoadedShapes(NamedTuple):
     load: Shapes
     relief: Shapes
     """Momentum that an element no longer has where its end turns against its node."""
-    spring: float
-    """Stiffness of the part itself against a pattern."""
-    inertia: float = 0.0
-    """That of the end of an element which turns."""
+    strained: Shapes
+    """Motion of the part alone, against which it is a spring."""
 
 
 def static_shapes(
@@ -170,20 +168,18 @@ def static_shapes(
         return no_static_shapes(len(rows), modes)
     parts, tension = _parts(matrices, model, soft, joints, members)
     per_part = max(part.shape.shape[1] for part in parts)
-    shape, load, relief = (
-        np.hstack([_padded(of_part, per_part) for of_part in side])
-        for side in zip(*(part[:3] for part in parts), strict=True)
-    )
+    shape, load, relief, strained = _side_by_side(parts, per_part)
+    same_part = _same(range(len(parts)), per_part)
+    same_element = _same(_elements(parts, soft, joints), per_part)
     participation = model.shape.T @ (matrices.mass @ shape - relief)
     residual = shape - model.shape @ participation
     momentum = matrices.mass @ residual - relief
-    inertia = np.repeat([part.inertia for part in parts], per_part)
-    mass = residual.T @ momentum - relief.T @ residual + np.diag(inertia)
+    inertia = same_element * (strained.T @ relief)
+    mass = residual.T @ momentum - relief.T @ residual + inertia
     flexibility = momentum.T @ matrices.displacement(momentum)
     whole = np.diag(mass) + np.sum(participation**2, axis=0)
     orthonormal = _orthonormal(mass, whole, flexibility, per_part)
     flexible = orthonormal.T @ flexibility @ orthonormal
-    same_part = np.kron(np.eye(len(parts)), np.ones((per_part, per_part))) > 0
     return StaticShapes(
         shape=residual[rows],
         participation=participation,
@@ -191,7 +187,7 @@ def static_shapes(
         residual_participation=orthonormal.T @ mass,
         mass=np.where(same_part, np.eye(len(same_part)), orthonormal.T @ mass @ orthonormal),
         flexibility=np.where(same_part, np.diag(np.diag(flexible)), flexible),
-        reaction=_reaction(matrices, shape, load, [part.spring for part in parts]),
+        reaction=_reaction(matrices, shape, load) + same_element * (strained.T @ load),
         tension=tension,
         supports=tuple(soft),
         joints=tuple(joints),
@@ -262,13 +258,13 @@ def _constraint_modes(matrices: Matrices, model: ModalModel, soft: SupportMotion
     reaction = soft.motion.T @ release.stiffness @ soft.motion
     patterns = eigh(reaction, soft.pattern)[1][:, :MAX_PATTERNS]
     shape = release.shape @ (soft.motion @ patterns)
-    return LoadedShapes(shape, 0 * shape, 0 * shape, 0.0)
+    return LoadedShapes(shape, *np.zeros((3, *shape.shape)))
 
 
 def _attachment_mode(matrices: Matrices, joint: Joint) -> LoadedShapes:
     """Displacement under the moment of a joint that turns by one radian."""
-    load, relief = joint.moment[:, None], joint.momentum[:, None]
-    return LoadedShapes(matrices.displacement(load), load, relief, joint.stiffness, joint.inertia)
+    load, relief, turn = (of[:, None] for of in (joint.moment, joint.momentum, joint.turn))
+    return LoadedShapes(matrices.displacement(load), load, relief, turn)
 
 
 def _support_motions(matrices: Matrices, shape: Shapes) -> Float[np.ndarray, "dof motion"]:
@@ -288,8 +284,9 @@ def _attachment_modes(
     energy, patterns = np.linalg.eigh(fields.T @ stress)
     most = slice(None, -MAX_PATTERNS - 1, -1)
     strained = energy[most] > _ROUNDING * energy[-1]
-    load = stress @ (patterns[:, most][:, strained] / np.sqrt(energy[most][strained]))
-    return LoadedShapes(matrices.displacement(load), load, 0 * load, 1.0)
+    unit = patterns[:, most][:, strained] / np.sqrt(energy[most][strained])
+    load = stress @ unit
+    return LoadedShapes(matrices.displacement(load), load, 0 * load, fields @ unit)
 
 
 def _weakened(matrices: Matrices, lost: Sparse, start: Shapes) -> Shapes:
@@ -302,11 +299,30 @@ def _weakened(matrices: Matrices, lost: Sparse, start: Shapes) -> Shapes:
     return shape
 
 
-def _reaction(matrices: Matrices, shape: Shapes, load: Shapes, spring: Sequence[float]) -> Patterns:
-    """Stiffness against the patterns, in units of their springs; a region is a spring too."""
+def _side_by_side(parts: Sequence[LoadedShapes], per_part: int) -> LoadedShapes:
+    """Patterns of all parts, as many of each."""
+    sides = zip(*parts, strict=True)
+    return LoadedShapes(*(np.hstack([_padded(part, per_part) for part in side]) for side in sides))
+
+
+def _same(numbers: Sequence[int], per_part: int) -> Bool[np.ndarray, "pattern pattern"]:
+    """Tell which patterns are of parts of the same number."""
+    of_patterns = np.repeat(numbers, per_part)
+    return np.equal.outer(of_patterns, of_patterns)
+
+
+def _elements(parts: Sequence[LoadedShapes], soft: Supports, joints: Joints) -> list[int]:
+    """Number of each part, the same of joints of one element: these are coupled by it."""
+    ends = [{joint.node, joint.other} for joint in joints.values()]
+    numbers = list(range(len(parts)))
+    numbers[len(soft) : len(soft) + len(ends)] = [len(soft) + ends.index(pair) for pair in ends]
+    return numbers
+
+
+def _reaction(matrices: Matrices, shape: Shapes, load: Shapes) -> Patterns:
+    """Stiffness against the patterns, but of the parts themselves."""
     work = shape.T @ load
-    springs = np.repeat(spring, shape.shape[1] // len(spring)) * (load != 0).any(axis=0)
-    return np.diag(springs) + shape.T @ (matrices.stiffness @ shape) - work - work.T
+    return shape.T @ (matrices.stiffness @ shape) - work - work.T
 
 
 def _orthonormal(
