@@ -16,7 +16,7 @@ from .fitted_model import FittedModel, Sampled, fitted_model
 NO_REGIONS = (
     "No loss of stiffness was tried, as of a loose joint, since the finite element model names no "
     'regions: finite_elements.Matrices(..., regions={"joint": stiffness of its elements}). Joints '
-    "of a frame of beam elements are tried by themselves where they are at most 40, and else by "
+    "of a frame of beam elements are tried by themselves where they are at most 60, and else by "
     "finite_elements.modes(..., joints=finite_elements.joints(matrices))."
 )
 """What is said where a finite element model fails and has neither regions nor joints."""

@@ -78,7 +78,7 @@ def modes(
         `soft_supports.edge`. Needed by `effects.compliant_support`.
     joints
         Joints that may be loose, by name. By default those of `finite_elements.joints(matrices)`
-        without those in `soft`, if they are at most 40 and `matrices` names no regions; `{}` for
+        without those in `soft`, if they are at most 60 and `matrices` names no regions; `{}` for
         none. Needed by `effects.loose_joint`.
     youngs_modulus, density
         Young's modulus [Pa] and density [kg/m3] of the entire structure, numbers or distributions;

@@ -11,7 +11,7 @@ from ..._shared.reprs import with_short_repr
 from .interpolation._interpolation import rows_of
 from .matrices import Matrices
 
-MOST_JOINTS = 40
+MOST_JOINTS = 60
 """Joints of a frame that are tried where none are named."""
 
 MOST_NODES = 20_000
