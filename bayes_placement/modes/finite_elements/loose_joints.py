@@ -59,8 +59,8 @@ class Joint(NamedTuple):
 
     Examples
     --------
-    >>> bp.finite_elements.joints(matrices)["node 1 about z"].stiffness  # 4 * 70 N m2 / 0.1 m
-    2800.0
+    >>> bp.finite_elements.joints(matrices)["node 1 about z"].stiffness  # 4 * 70 N m2 / 0.25 m
+    1120.0
     """
 
     node: int
@@ -96,8 +96,8 @@ def joints(matrices: Matrices) -> dict[str, Joint]:
 
     What couples two nodes is the element between them alone, and its rigid motions cost nothing:
     a block K_ij and the rigid motion T of node j with node i give its stiffness at i, -K_ij T
-    (Przemieniecki, Theory of Matrix Structural Analysis, ch. 6). It is symmetric and not negative
-    in a frame, and in no shell.
+    (McGuire, Gallagher and Ziemian, Matrix Structural Analysis, ch. 4). It is symmetric and not
+    negative in a frame, and in no shell.
 
     A joint is where elements meet at more than 15 degrees, where more than two meet, where
     flexibility in bending or torsion changes by more than a quarter, and where a rotation is held.
