@@ -213,7 +213,7 @@ def two_channels_with(effect):
 
 
 def on_parts(effect):
-    """Structure of finite elements with a region, a member and a soft support, with an effect."""
+    """Structure of finite elements with parts of all kinds, with an effect."""
     return bp.Structure(parted_modes(), damping=bp.damping.Modal([0.02])) + effect
 
 
@@ -321,6 +321,12 @@ def soft_foot():
 
 
 @functools.cache
+def loose_root():
+    """Its joint."""
+    return bp.finite_elements.joints(matrices())
+
+
+@functools.cache
 def parted_modes():
     """Its modes, with all parts."""
     return bp.finite_elements.modes(
@@ -329,6 +335,7 @@ def parted_modes():
         up_to=2000.0,
         members={"arm": geometric()},
         soft={"foot": soft_foot()},
+        joints=loose_root(),
     )
 
 
@@ -919,6 +926,10 @@ def calls_of_effects():
             {"compliance": number(1e-9), "end": word("left"), "motion": word("translation")},
         ),
         "soft_support": (on_parts, {"support": name("foot"), "compliance": number(1e-3)}),
+        "loose_joint": (
+            on_parts,
+            {"joint": name("node 1 about z"), "compliance": number(1e-3)},
+        ),
         "axial_preload": (beam_with, {"tension": number(10.0)}),
         "member_preload": (on_parts, {"member": name("arm"), "tension": number(10.0)}),
         "shear_and_rotary_inertia": (beam_with, {"modulus_ratio": positive(3.0), "share": share}),
@@ -1412,8 +1423,14 @@ def calls_of_finite_elements():
             },
         ),
         "finite_elements.modes": Call(
-            fem.modes, modes | {"soft": mapping({"foot": soft_foot()}, "nothing", "unknown")}
+            fem.modes,
+            modes
+            | {
+                "soft": mapping({"foot": soft_foot()}, "nothing", "unknown"),
+                "joints": mapping(loose_root(), "nothing", "unknown"),
+            },
         ),
+        "finite_elements.joints": Call(fem.joints, {"matrices": thing(cantilever)}),
         "finite_elements.affine": Call(
             fem.affine,
             modes

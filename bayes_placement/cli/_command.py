@@ -218,7 +218,7 @@ GROUPS = {
     "structure": "local_stiffness_loss region_stiffness_loss hysteretic_damping "
     "viscoelastic_modulus axial_preload member_preload shear_and_rotary_inertia residual_modes "
     "further_mode dimension_error beyond_prior",
-    "supports": "compliant_support soft_support",
+    "supports": "compliant_support soft_support loose_joint",
     "sensors and actuators": "gain_error misplaced_sensor misplaced_actuator reversed_sensor "
     "reversed_channel swapped_sensors swapped_actuators sensor_mass actuator_mass stinger "
     "mount_resonance low_pass high_pass channel_delay cross_axis",

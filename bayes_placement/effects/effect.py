@@ -326,7 +326,7 @@ class Hinged(StructureEffect):
     >>> kinds = bp.effects.EFFECTS.items()
     >>> [name for name, kind in kinds if issubclass(kind, bp.effects.Hinged)]
     ['local_stiffness_loss', 'region_stiffness_loss', 'compliant_support', 'soft_support',
-    'member_preload']
+    'loose_joint', 'member_preload']
     """
 
     @abc.abstractmethod

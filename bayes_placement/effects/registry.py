@@ -11,6 +11,7 @@ from .hysteretic_damping import HystereticDamping as hysteretic_damping
 from .viscoelastic_modulus import ViscoelasticModulus as viscoelastic_modulus
 from .compliant_support import CompliantSupport as compliant_support
 from .soft_support import SoftSupport as soft_support
+from .loose_joint import LooseJoint as loose_joint
 from .axial_preload import AxialPreload as axial_preload
 from .member_preload import MemberPreload as member_preload
 from .shear_and_rotary_inertia import ShearAndRotaryInertia as shear_and_rotary_inertia

@@ -30,7 +30,7 @@ _ROUNDING = 1e-6
 class ResidualShapes(eqx.Module):
     """Static shapes of unit relative displacements at interfaces, less their part in kept modes.
 
-    These are constraint modes of supports and hinges, and attachment modes of regions and members.
+    These are constraint modes of supports and hinges, and attachment modes of other parts.
     """
 
     @abc.abstractmethod
@@ -146,16 +146,16 @@ _DEPENDENT = 1e-6  # of a modal mass, below which a combination of shapes depend
 
 
 class SoftenedSupport(NamedTuple):
-    """A support on springs."""
+    """A support on springs, or a joint with one."""
 
     support: Number
-    """Number of the support."""
+    """Number of the support, or with all of these before it, of the joint."""
     spring: Parameter
     """Compliance of its springs: [rad/(N m)] in a rotation, [m/N] in a translation, [m^2/N] along
     an edge."""
 
     def number(self, static_shapes: StaticShapes) -> Number:
-        """Number of the support among all flexible parts."""
+        """Number of the support or joint among all flexible parts."""
         return self.support
 
     def compliance(self, nodal: NodalModes) -> Float[Array, ""]:
@@ -163,15 +163,15 @@ class SoftenedSupport(NamedTuple):
         return jnp.asarray(self.spring, float)
 
     def has_static_shapes(self, static_shapes: StaticShapes) -> bool:
-        """Tell whether static shapes of supports are known."""
-        return bool(static_shapes.supports)
+        """Tell whether static shapes of supports or joints are known."""
+        return bool(static_shapes.compliant_parts)
 
     def stiffness(self, nodal: NodalModes) -> Matrix:
-        """Raise, since the kept modes do not move at a support."""
+        """Raise, since the kept modes do not move at a support nor turn in a joint."""
         raise InputError(
-            "A support was to become soft, but its static shapes are not known for these modes: "
-            "they are those of one stiffness matrix, which only youngs_modulus and density may "
-            "scale. Use finite_elements.modes(matrices, ..., soft={...})."
+            "A support or a joint was to become soft, but its static shapes are not known for "
+            "these modes: they are those of one stiffness matrix, which only youngs_modulus and "
+            "density may scale. Use finite_elements.modes(matrices, ..., soft={...})."
         )
 
 
@@ -185,7 +185,7 @@ class WeakenedRegion(NamedTuple):
 
     def number(self, static_shapes: StaticShapes) -> Number:
         """Number of the region among all flexible parts."""
-        return len(static_shapes.supports) + jnp.asarray(self.region)
+        return static_shapes.compliant_parts + jnp.asarray(self.region)
 
     def compliance(self, nodal: NodalModes) -> Float[Array, ""]:
         """Compliance in unit patterns."""
@@ -211,7 +211,7 @@ class StretchedMember(NamedTuple):
 
     def number(self, static_shapes: StaticShapes) -> Number:
         """Number of the member among all flexible parts."""
-        before = len(static_shapes.supports) + len(static_shapes.regions)
+        before = static_shapes.compliant_parts + len(static_shapes.regions)
         return before + jnp.asarray(self.member)
 
     def compliance(self, nodal: NodalModes) -> Float[Array, ""]:

@@ -40,7 +40,7 @@ def test_units_are_shown():
 @pytest.mark.parametrize("command", ["explain", "improve"])
 def test_effects_are_listed_by_group(command):
     text = said(command)
-    assert "• supports: compliant_support, soft_support" in text
+    assert "• supports: compliant_support, soft_support, loose_joint" in text
     assert [name for name in set(EFFECTS) - LAWS if not re.search(rf"\b{name}\b", text)] == []
 
 

@@ -39,6 +39,7 @@ class Scene(NamedTuple):
     frequency: Any
     members: Any
     soft: Any
+    joints: Any
 
     @property
     def axes(self):
@@ -182,7 +183,11 @@ def frame():
     middles = [0.4 * np.array(a) + 0.6 * np.array(b) for a, b in itertools.pairwise(corners)]
     seats = [(middles[0], (1, 2, 3)), (middles[1], (-2,)), (middles[2], (3, 1))]
     place = 0.7 * np.array(corners[1]) + 0.3 * np.array(corners[2])
-    return _scene(matrices, interpolation.frame(matrices, elements), seats, place, members, soft, 6)
+    # Without its momentum a joint takes from the stiffness alone.
+    joint = finite_elements.joints(matrices)["node 5 about y"]
+    joints = {"corner": joint._replace(momentum=0 * joint.momentum)}
+    reading = interpolation.frame(matrices, elements)
+    return _scene(matrices, reading, seats, place, members, soft, 6, joints)
 
 
 @functools.cache
@@ -248,10 +253,11 @@ def _edges(matrices):
     }
 
 
-def _scene(matrices, reading, seats, place, members, soft, lowest):
+def _scene(matrices, reading, seats, place, members, soft, lowest, joints=None):
     """Lines from below the first to above some mode, and modes up to five times as high."""
     natural = matrices.modes(count=lowest + 1).natural_frequency
     band = 0.5 * natural[0], 0.5 * (natural[-1] + natural[-2])
-    modes = finite_elements.modes(matrices, reading, up_to=5 * band[1], members=members, soft=soft)
+    parts = dict(members=members, soft=soft, joints=joints or {})
+    modes = finite_elements.modes(matrices, reading, up_to=5 * band[1], **parts)
     frequency = np.geomspace(*band, 9)
-    return Scene(matrices, modes, seats, place, frequency, members, soft)
+    return Scene(matrices, modes, seats, place, frequency, **parts)

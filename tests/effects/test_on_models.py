@@ -59,14 +59,21 @@ def close(receptance, expected, without, tolerance=CLOSE):
 
 
 def weaker(name, shares, tensions):
-    """Stiffness that is added by regions that lose a share, and by members under tension."""
+    """Stiffness added by regions that lose a share, a loose joint, and members under tension."""
     model = scene(name)
-    parts = [-share * model.matrices.regions[region] for region, share in shares.items()]
+    lost = model.matrices.regions | {word: bent(joint) for word, joint in model.joints.items()}
+    parts = [-share * lost[part] for part, share in shares.items()]
     parts += [tension * model.members[member] for member, tension in tensions.items()]
     return sum(parts, sparse.csc_array((len(model.matrices.dof),) * 2))
 
 
+def bent(joint):
+    """What a joint gives of the stiffness."""
+    return sparse.csc_array(np.outer(joint.moment, joint.moment) / joint.stiffness)
+
+
 # Scene; compliance of supports, share that regions lose, tension of members over its buckling load.
+# A joint loses all but 1 / (1 + compliance stiffness).
 CHANGES = {
     "a foot": ("frame", {"left foot": 1e-3}, {}, {}),
     "both feet": ("frame", {"left foot": 1e-4, "right foot": 3e-4}, {}, {}),
@@ -78,6 +85,13 @@ CHANGES = {
     "two parts of a plate": ("plate", {}, {"near": 0.3, "corner": 0.8}, {}),
     "tension": ("frame", {}, {}, {"beam": 2.0}),
     "compression": ("frame", {}, {}, {"left column": -0.7}),
+    "a corner": ("frame", {}, {"corner": 0.99}, {}),
+    "a corner and all else": (
+        "frame",
+        {"left foot": 1e-4},
+        {"corner": 0.8, "beam": 0.5},
+        {"beam": 2},
+    ),
     "a foot and a beam": ("frame", {"left foot": 1e-4}, {"beam": 0.8}, {}),
     "an edge and a corner": ("plate", {"edge x = a": 1e-6}, {"corner": 0.6}, {}),
     "tension and a column": ("frame", {}, {"left column": 0.5}, {"beam": 2.0}),
@@ -87,15 +101,36 @@ CHANGES = {
 
 def named(name, soft, shares, tensions):
     additions = [effects.soft_support(which, c, name=f"soft {which}") for which, c in soft.items()]
-    additions += [effects.region_stiffness_loss(r, q, name=f"weak {r}") for r, q in shares.items()]
+    additions += [weak(scene(name).joints.get(part), part, q) for part, q in shares.items()]
     return additions + [
         effects.member_preload(member, load(name, member, factor), name=f"tense {member}")
         for member, factor in tensions.items()
     ]
 
 
-SHORT = ["a foot", "an edge", "nearly all of a column", "compression", "tension and a column"]
-LONG = ["both feet", "half a plate", "a foot and a beam", "an edge and a corner", "all at once"]
+def weak(joint, part, share):
+    if joint is None:
+        return effects.region_stiffness_loss(part, share, name=f"weak {part}")
+    compliance = share / (1 - share) / joint.stiffness
+    return effects.loose_joint(part, compliance, name=f"weak {part}")
+
+
+SHORT = [
+    "a corner",
+    "a foot",
+    "an edge",
+    "nearly all of a column",
+    "compression",
+    "tension and a column",
+]
+LONG = [
+    "a corner and all else",
+    "both feet",
+    "half a plate",
+    "a foot and a beam",
+    "an edge and a corner",
+    "all at once",
+]
 FURTHER = [pytest.mark.long, pytest.mark.longest]
 
 

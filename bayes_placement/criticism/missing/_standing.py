@@ -15,9 +15,17 @@ from .fitted_model import FittedModel, Sampled, fitted_model
 
 NO_REGIONS = (
     "No loss of stiffness was tried, as of a loose joint, since the finite element model names no "
-    'regions: finite_elements.Matrices(..., regions={"joint": stiffness of its elements}).'
+    'regions: finite_elements.Matrices(..., regions={"joint": stiffness of its elements}). Joints '
+    "of a frame of beam elements are tried by themselves where they are at most 60, and else by "
+    "finite_elements.modes(..., joints=finite_elements.joints(matrices))."
 )
-"""What is said where a finite element model fails and has no regions."""
+"""What is said where a finite element model fails and has neither regions nor joints."""
+
+ONLY_JOINTS = (
+    "No loss of stiffness within a member was tried, as of a crack, since the finite element model "
+    'names no regions: finite_elements.Matrices(..., regions={"crack": stiffness of its elements}).'
+)
+"""What is said where it has joints, but no regions."""
 
 
 @dataclass(frozen=True)
@@ -67,9 +75,11 @@ def standing(answer: Answer, decision: Decision, sampled: Sampled) -> Standing:
 
 
 def _untried(hypothesis: Hypothesis) -> str:
-    """Say that no loss of stiffness was tried in a finite element model that names no regions."""
+    """Say which loss of stiffness was not tried in a finite element model without regions."""
     nodal = nodal_of(hypothesis.problem.experiment.structure.modes)
-    return NO_REGIONS if nodal is not None and not nodal.regions.names else ""
+    if nodal is None or nodal.regions.names:
+        return ""
+    return ONLY_JOINTS if nodal.static_shapes.joints else NO_REGIONS
 
 
 def _nearest(comparison: Comparison, sampled: Sampled) -> FittedModel | None:

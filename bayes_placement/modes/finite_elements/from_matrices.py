@@ -21,6 +21,8 @@ from . import _part_factors
 from ._part_factors import NamedMatrices, Powers, Range, cell_masses
 from .affine_modes import AffineModes
 from .interpolation import Interpolation
+from .loose_joints import MOST_JOINTS, MOST_NODES, Joint
+from .loose_joints import joints as joints_of
 from .matrices import Affine, Matrices, ReducedBasis, Sparse
 from .matrices._matrix_checks import sparse
 from .modal_model import ModalModel
@@ -46,6 +48,7 @@ def modes(
     pieces: Sequence[Tolerance] = (),
     members: Mapping[str, object] | None = None,
     soft: Mapping[str, SupportMotion] | None = None,
+    joints: Mapping[str, Joint] | None = None,
     youngs_modulus: Parameter = 1.0,
     density: Parameter = 1.0,
     nominal: tuple[float, float] = (1.0, 1.0),
@@ -73,6 +76,10 @@ def modes(
     soft
         Supports that may become soft, by name, `soft_supports.rotations(matrices, node)` or
         `soft_supports.edge`. Needed by `effects.compliant_support`.
+    joints
+        Joints that may be loose, by name. By default those of `finite_elements.joints(matrices)`
+        without those in `soft`, if they are at most 60 and `matrices` names no regions; `{}` for
+        none. Needed by `effects.loose_joint`.
     youngs_modulus, density
         Young's modulus [Pa] and density [kg/m3] of the entire structure, numbers or distributions;
         by default relative to the matrices [1].
@@ -105,6 +112,7 @@ def modes(
         pieces=pieces,
         members=members or {},
         soft=soft or {},
+        joints=_joints(matrices, soft or {}) if joints is None else joints,
         youngs_modulus=youngs_modulus,
         density=density,
         nominal=nominal,
@@ -217,13 +225,14 @@ def _nodal(
     *,
     members: Mapping[str, object],
     soft: Mapping[str, SupportMotion] | None = None,
+    joints: Mapping[str, Joint] | None = None,
     **options: Any,
 ) -> NodalModes:
     """Nodal modes with all that follows from the matrices."""
     for name, member in members.items():
         sparse(f"members[{name!r}]", member, len(model.shape))
-    rows = interpolation.used_rows()
-    shapes = None if soft is None else static_shapes(matrices, model, soft, members, rows)
+    rows, flexible = interpolation.used_rows(), (soft or {}, joints or {}, members)
+    shapes = None if soft is None else static_shapes(matrices, model, *flexible, rows)
     return modes_from_shapes(
         model,
         interpolation,
@@ -231,11 +240,23 @@ def _nodal(
         regions=_over_modes(model, matrices.regions),
         cell_masses=cell_masses(matrices, model),
         members=_over_modes(model, members),
-        centres=_centres(matrices, {**matrices.regions, **members}, soft or {}),
+        centres=_centres(matrices, {**matrices.regions, **members}, soft or {}, joints or {}),
         static_shapes=shapes,
         mass=_mass(matrices),
         **options,
     )
+
+
+def _joints(matrices: Matrices, soft: Mapping[str, SupportMotion]) -> dict[str, Joint]:
+    """Joints that are tried where none are named: few, and no supports that may turn anyway."""
+    if matrices.regions or len(matrices.node) > MOST_NODES:
+        return {}
+    softened = [matrices.dof[support.rows] for support in soft.values()]
+    turning = {node for rows in softened for node, direction in rows.tolist() if direction > 3}
+    found = {
+        name: joint for name, joint in joints_of(matrices).items() if joint.node not in turning
+    }
+    return found if len(found) <= MOST_JOINTS else {}
 
 
 def _over_modes(model: ModalModel, parts: Mapping[str, object]) -> dict[str, OverModes]:
@@ -299,12 +320,16 @@ def _check_parameters(parameters: Mapping[str, Parameter]) -> None:
 
 
 def _centres(
-    matrices: Matrices, parts: Mapping[str, Sparse], soft: Mapping[str, SupportMotion]
+    matrices: Matrices,
+    parts: Mapping[str, Sparse],
+    soft: Mapping[str, SupportMotion],
+    joints: Mapping[str, Joint],
 ) -> dict[str, CartesianComponents]:
-    """Mean of the nodes [m] of each part of the stiffness and of each support."""
+    """Mean of the nodes [m] of each part of the stiffness, of each support and of each joint."""
     rows = {name: part.nonzero()[0] for name, part in parts.items()}
     rows |= {name: support.rows for name, support in soft.items()}
     nodes = {name: np.isin(matrices.node, matrices.dof[of, 0]) for name, of in rows.items()}
+    nodes |= {name: matrices.node == joint.node for name, joint in joints.items()}
     positions = {name: matrices.position[chosen] for name, chosen in nodes.items() if chosen.any()}
     return {name: triple(position.mean(axis=0)) for name, position in positions.items()}
 

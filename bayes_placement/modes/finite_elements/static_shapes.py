@@ -1,7 +1,7 @@
 """Static shapes of the parts of a model that may become flexible, next to its modes.
 
-A support moves by its constraint modes (Craig & Bampton, 1968, DOI 10.2514/3.4741), a region or a
-member flows by the attachment modes of the strains that it loses.
+A support moves by its constraint modes (Craig & Bampton, 1968, DOI 10.2514/3.4741), a joint turns
+by the attachment mode of its moment, a region or a member flows by those of the strains it loses.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,16 +10,18 @@ from typing import NamedTuple
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 from scipy.linalg import block_diag, cholesky, eigh, solve_triangular
 
 from ...positions.channel import printable_name
+from .loose_joints import Joint
 from .matrices import Matrices, Sparse
 from .modal_model import ModalModel
 from .soft_supports import SupportMotion
 
 Members = Mapping[str, Sparse]
 Supports = Mapping[str, SupportMotion]
+Joints = Mapping[str, Joint]
 
 MAX_PATTERNS = 32
 """Patterns of one part; finer ones matter far above the band only."""
@@ -46,10 +48,10 @@ Shapes = Float[np.ndarray, "dof pattern"]
 class StaticShapes(eqx.Module):
     """Static shapes Psi of the flexible parts of a structure, next to its modes Phi.
 
-    The parts are supports, regions that lose stiffness, members under tension, in this order. All
-    have the same number of patterns, side by side; zeros fill up. The residual shapes are Psi less
-    their part in Phi; combined to X they are, within each part, mass-orthonormal and of diagonal
-    flexibility.
+    The parts are supports, joints, regions that lose stiffness, members under tension, in this
+    order. All have the same number of patterns, side by side; zeros fill up. The residual shapes
+    are Psi less their part in Phi; combined to X they are, within each part, mass-orthonormal and
+    of diagonal flexibility.
     """
 
     shape: Float[np.ndarray | Array, "row pattern"]
@@ -69,6 +71,7 @@ class StaticShapes(eqx.Module):
     tension: Float[np.ndarray | Array, "member"]
     """Tension [N] of each member at which its geometric stiffness is such a spring."""
     supports: tuple[str, ...] = eqx.field(static=True, default=())
+    joints: tuple[str, ...] = eqx.field(static=True, default=())
     regions: tuple[str, ...] = eqx.field(static=True, default=())
     members: tuple[str, ...] = eqx.field(static=True, default=())
     """Names."""
@@ -76,9 +79,14 @@ class StaticShapes(eqx.Module):
     """Unit of the compliance of each support."""
 
     @property
+    def compliant_parts(self) -> int:
+        """Number of supports and joints, which come first."""
+        return len(self.supports) + len(self.joints)
+
+    @property
     def patterns_per_part(self) -> int:
         """Number of patterns of one part."""
-        parts = len(self.supports) + len(self.regions) + len(self.members)
+        parts = self.compliant_parts + len(self.regions) + len(self.members)
         return self.shape.shape[1] // max(parts, 1)
 
     def patterns(self, parts: Int[Array, "part"]) -> Int[Array, "pattern"]:
@@ -100,8 +108,8 @@ class StaticShapes(eqx.Module):
             tension=jnp.zeros(0),
         )
 
-    def least_support_stiffness(self, natural: float) -> Float[np.ndarray, "support"]:
-        """Least stiffness of the structure against a pattern of each support.
+    def least_stiffness(self, natural: float) -> Float[np.ndarray, "part"]:
+        """Least stiffness of the structure against a pattern of each support, then each joint.
 
         A structure that follows a support without strain, such as a cantilever its clamp, resists
         by its inertia alone.
@@ -112,7 +120,7 @@ class StaticShapes(eqx.Module):
         reaction, dynamic = np.diag(np.asarray(self.reaction)), natural**2 * inertia
         resisting = np.where(reaction > _NO_REACTION * dynamic, reaction, dynamic)
         of_parts = resisting.reshape(-1, max(self.patterns_per_part, 1))
-        return np.array([part[part > 0].min() for part in of_parts[: len(self.supports)]])
+        return np.array([part[part > 0].min() for part in of_parts[: self.compliant_parts]])
 
 
 def no_static_shapes(rows: int, modes: int) -> StaticShapes:
@@ -126,12 +134,17 @@ class LoadedShapes(NamedTuple):
 
     shape: Shapes
     load: Shapes
+    relief: Shapes
+    """Momentum that an element no longer has where its end turns against its node."""
+    strained: Shapes
+    """Motion of the part alone, against which it is a spring."""
 
 
 def static_shapes(
     matrices: Matrices,
     model: ModalModel,
     soft: Supports,
+    joints: Joints,
     members: Members,
     rows: Int[np.ndarray, "row"],
 ) -> StaticShapes:
@@ -148,23 +161,25 @@ def static_shapes(
     """
     for name in soft:
         printable_name("A support of the name", name)
+    for name in joints:
+        printable_name("A joint of the name", name)
     modes = model.shape.shape[1]
-    if not soft and (modes == _free(matrices) or not (matrices.regions or members)):
+    if not (soft or joints) and (modes == _free(matrices) or not (matrices.regions or members)):
         return no_static_shapes(len(rows), modes)
-    parts, tension = _parts(matrices, model, soft, members)
+    parts, tension = _parts(matrices, model, soft, joints, members)
     per_part = max(part.shape.shape[1] for part in parts)
-    shape, load = (
-        np.hstack([_padded(part[side], per_part) for part in parts]) for side in range(2)
-    )
-    participation = model.shape.T @ (matrices.mass @ shape)
+    shape, load, relief, strained = _side_by_side(parts, per_part)
+    same_part = _same(range(len(parts)), per_part)
+    same_element = _same(_elements(parts, soft, joints), per_part)
+    participation = model.shape.T @ (matrices.mass @ shape - relief)
     residual = shape - model.shape @ participation
-    momentum = matrices.mass @ residual
-    mass = residual.T @ momentum
+    momentum = matrices.mass @ residual - relief
+    inertia = same_element * (strained.T @ relief)
+    mass = residual.T @ momentum - relief.T @ residual + inertia
     flexibility = momentum.T @ matrices.displacement(momentum)
     whole = np.diag(mass) + np.sum(participation**2, axis=0)
     orthonormal = _orthonormal(mass, whole, flexibility, per_part)
     flexible = orthonormal.T @ flexibility @ orthonormal
-    same_part = np.kron(np.eye(len(parts)), np.ones((per_part, per_part))) > 0
     return StaticShapes(
         shape=residual[rows],
         participation=participation,
@@ -172,9 +187,10 @@ def static_shapes(
         residual_participation=orthonormal.T @ mass,
         mass=np.where(same_part, np.eye(len(same_part)), orthonormal.T @ mass @ orthonormal),
         flexibility=np.where(same_part, np.diag(np.diag(flexible)), flexible),
-        reaction=_reaction(matrices, LoadedShapes(shape, load)),
+        reaction=_reaction(matrices, shape, load) + same_element * (strained.T @ load),
         tension=tension,
         supports=tuple(soft),
+        joints=tuple(joints),
         regions=tuple(matrices.regions),
         members=tuple(members),
         compliance_units=tuple(motion.compliance_unit for motion in soft.values()),
@@ -182,14 +198,15 @@ def static_shapes(
 
 
 def _parts(
-    matrices: Matrices, model: ModalModel, soft: Supports, members: Members
+    matrices: Matrices, model: ModalModel, soft: Supports, joints: Joints, members: Members
 ) -> tuple[list[LoadedShapes], Float[np.ndarray, "member"]]:
-    """Shapes of each support, region and member, and the buckling load of each member [N]."""
+    """Shapes of each support, joint, region and member, and buckling loads of members [N]."""
     unit = _of_unit_energy(model)
     tension = np.array([_buckling_load(unit, member) for member in members.values()])
     stretched = [load * member for load, member in zip(tension, members.values(), strict=True)]
     parts = [_constraint_modes(matrices, model, support) for support in soft.values()]
     supports = [_support_motions(matrices, support.shape) for support in parts]
+    parts += [_attachment_mode(matrices, joint) for joint in joints.values()]
     regions = [(region, LOST_SHARES) for region in matrices.regions.values()]
     small = _free(matrices) <= MAX_PATTERNS
     motions = _every_motion(matrices) if small else _lowest(model, unit)
@@ -241,7 +258,13 @@ def _constraint_modes(matrices: Matrices, model: ModalModel, soft: SupportMotion
     reaction = soft.motion.T @ release.stiffness @ soft.motion
     patterns = eigh(reaction, soft.pattern)[1][:, :MAX_PATTERNS]
     shape = release.shape @ (soft.motion @ patterns)
-    return LoadedShapes(shape, np.zeros(shape.shape))
+    return LoadedShapes(shape, *np.zeros((3, *shape.shape)))
+
+
+def _attachment_mode(matrices: Matrices, joint: Joint) -> LoadedShapes:
+    """Displacement under the moment of a joint that turns by one radian."""
+    load, relief, turn = (of[:, None] for of in (joint.moment, joint.momentum, joint.turn))
+    return LoadedShapes(matrices.displacement(load), load, relief, turn)
 
 
 def _support_motions(matrices: Matrices, shape: Shapes) -> Float[np.ndarray, "dof motion"]:
@@ -261,8 +284,9 @@ def _attachment_modes(
     energy, patterns = np.linalg.eigh(fields.T @ stress)
     most = slice(None, -MAX_PATTERNS - 1, -1)
     strained = energy[most] > _ROUNDING * energy[-1]
-    load = stress @ (patterns[:, most][:, strained] / np.sqrt(energy[most][strained]))
-    return LoadedShapes(matrices.displacement(load), load)
+    unit = patterns[:, most][:, strained] / np.sqrt(energy[most][strained])
+    load = stress @ unit
+    return LoadedShapes(matrices.displacement(load), load, 0 * load, fields @ unit)
 
 
 def _weakened(matrices: Matrices, lost: Sparse, start: Shapes) -> Shapes:
@@ -275,11 +299,30 @@ def _weakened(matrices: Matrices, lost: Sparse, start: Shapes) -> Shapes:
     return shape
 
 
-def _reaction(matrices: Matrices, parts: LoadedShapes) -> Patterns:
-    """Stiffness against the patterns, in units of their springs; a region is a spring too."""
-    work = parts.shape.T @ parts.load
-    springs = np.diag((parts.load != 0).any(axis=0).astype(float))
-    return springs + parts.shape.T @ (matrices.stiffness @ parts.shape) - work - work.T
+def _side_by_side(parts: Sequence[LoadedShapes], per_part: int) -> LoadedShapes:
+    """Patterns of all parts, as many of each."""
+    sides = zip(*parts, strict=True)
+    return LoadedShapes(*(np.hstack([_padded(part, per_part) for part in side]) for side in sides))
+
+
+def _same(numbers: Sequence[int], per_part: int) -> Bool[np.ndarray, "pattern pattern"]:
+    """Tell which patterns are of parts of the same number."""
+    of_patterns = np.repeat(numbers, per_part)
+    return np.equal.outer(of_patterns, of_patterns)
+
+
+def _elements(parts: Sequence[LoadedShapes], soft: Supports, joints: Joints) -> list[int]:
+    """Number of each part, the same of joints of one element: these are coupled by it."""
+    ends = [{joint.node, joint.other} for joint in joints.values()]
+    numbers = list(range(len(parts)))
+    numbers[len(soft) : len(soft) + len(ends)] = [len(soft) + ends.index(pair) for pair in ends]
+    return numbers
+
+
+def _reaction(matrices: Matrices, shape: Shapes, load: Shapes) -> Patterns:
+    """Stiffness against the patterns, but of the parts themselves."""
+    work = shape.T @ load
+    return shape.T @ (matrices.stiffness @ shape) - work - work.T
 
 
 def _orthonormal(
