@@ -564,10 +564,14 @@ def test_ctrl_c_while_it_waits_leaves_a_server_that_still_ends(page):
     """A thread that is joined meanwhile counts as ended from then on, and runs on."""
     server = page._server
     interrupt = threading.Timer(0.7, os.kill, (os.getpid(), signal.SIGINT))
-    interrupt.start()
-    with pytest.raises(KeyboardInterrupt):
-        page.wait()
-    interrupt.join()
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # background jobs ignore it
+    try:
+        interrupt.start()
+        with pytest.raises(KeyboardInterrupt):
+            page.wait()
+        interrupt.join()
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert server._thread.is_alive() and not server._ended.is_set()
     assert status(page.address)[0] == 200
 

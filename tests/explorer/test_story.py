@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -31,7 +32,10 @@ TRUTH = {
 def explored(folder, *words):
     """Address of the page of a model, and the process that serves it."""
     command = [sys.executable, "-m", "bayes_placement", "explore", *words, "--no-browser"]
-    process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True)
+    interruptible = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # no background job is
+    process = subprocess.Popen(
+        command, cwd=folder, stdout=subprocess.PIPE, text=True, preexec_fn=interruptible
+    )
     try:
         lines = iter(process.stdout.readline, "")
         yield next(found[0] for line in lines if (found := re.search(r"http://\S+", line))), process

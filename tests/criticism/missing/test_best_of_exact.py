@@ -68,6 +68,7 @@ def test_a_soft_storey_is_named_beside_a_reversed_sensor_and_another_damping():
     assert ledger.verdict == ("local_stiffness_loss", "reversed_sensor")
     assert not any(ledger.standing.doubts.values())
     loss = next(v for n, v in ledger.steps[-1].parameters.items() if n.endswith(".loss"))
-    assert loss.mean == pytest.approx(0.2, abs=4 * loss.deviation) and loss.deviation < 1e-3
+    deviation = loss.standard_deviation
+    assert deviation < 1e-3 and loss.mean == pytest.approx(0.2, abs=4 * deviation)
     sizes = ledger.steps[-1].model_error
     assert sizes["damping"].mean > 0.05 > 1e-3 > sizes["stiffness_and_mass"].mean
