@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 
 import pytest
@@ -27,15 +26,18 @@ TRUTH = {
 }
 """What a person who knew it would type, by the names of the fields."""
 
+PROGRAM = """
+import runpy, signal
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
+runpy.run_module("bayes_placement", run_name="__main__", alter_sys=True)
+"""
+
 
 @contextmanager
 def explored(folder, *words):
     """Address of the page of a model, and the process that serves it."""
-    command = [sys.executable, "-m", "bayes_placement", "explore", *words, "--no-browser"]
-    interruptible = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # no background job is
-    process = subprocess.Popen(
-        command, cwd=folder, stdout=subprocess.PIPE, text=True, preexec_fn=interruptible
-    )
+    command = [sys.executable, "-c", PROGRAM, "explore", *words, "--no-browser"]
+    process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True)
     try:
         lines = iter(process.stdout.readline, "")
         yield next(found[0] for line in lines if (found := re.search(r"http://\S+", line))), process
