@@ -169,7 +169,8 @@ def _gain_of_less_noise(gain: float, further_effects: int, count: int) -> float:
 
     The noise takes up the misfit, so that the log evidence falls with the log of the mean square.
     """
-    left = 1.0 - further_effects * float(np.expm1(2 * gain / count))
+    fallen = np.expm1(min(2 * gain / count, 1.0))  # by more than all that is left, in any case
+    left = 1.0 - further_effects * float(fallen)
     return np.inf if left <= 0 else -0.5 * count * float(np.log(left))
 
 

@@ -202,10 +202,12 @@ def test_further_effects_are_expected_to_gain_no_more_than_the_one_before():
     assert greatest_odds_expected(worse, 1, 2) == worse.log_odds(worse.hypotheses[1])
 
 
-@pytest.mark.parametrize(("share", "left"), [(1.0, 0.0), (0.6, 0.0), (0.1, 0.8), (0.0, 1.0)])
+@pytest.mark.parametrize(
+    ("share", "left"), [(np.inf, 0.0), (1.0, 0.0), (0.6, 0.0), (0.1, 0.8), (0.0, 1.0)]
+)
 def test_where_the_noise_is_unknown_the_mean_square_is_expected_to_fall(monkeypatch, share, left):
     """By a share of what is left, which two more effects take away again."""
-    gain = 0.5 * COUNT * np.log1p(share)
+    gain = 0.5 * COUNT * min(np.log1p(share), 1e6)
     pool = comparison(hypothesis([], -1000.0), hypothesis(["point_mass"], -1000.0 + gain))
     for each in pool.hypotheses:
         monkeypatch.setattr(each.problem.experiment.noise, "deviation", lambda data: None)
