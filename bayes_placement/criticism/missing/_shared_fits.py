@@ -89,11 +89,11 @@ class SharedFits:
 
     def _of_fewer_effects(self, exact: Hypothesis, leading: bool) -> Hypothesis | None:
         """The best fit with the model error of a part of the effects, as far as it is asked for."""
-        names = {id(effect) for effect in exact.effects}
+        effects = {id(effect) for effect in exact.effects}
         parts = [
             fit
             for (part, _), fit in self._with_errors.items()
-            if {id(effect) for effect in part.effects} < names
+            if {id(effect) for effect in part.effects} < effects
         ]
         best = max(parts, key=lambda each: each.fit.log_evidence, default=None)
         is_asked_for = leading or len(exact.effects) > 1 or (best and passes(best, LEVEL))

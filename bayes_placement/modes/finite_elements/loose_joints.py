@@ -1,4 +1,8 @@
-"""Joints of a frame of beam elements, found in its stiffness matrix alone."""
+"""Joints of a frame of beam elements, found in its matrices alone.
+
+Assembled matrices and nodes come in, ends of elements that may turn against their nodes go out. No
+list of elements, and no section, is known here.
+"""
 
 from collections.abc import Iterator
 from typing import NamedTuple

@@ -8,6 +8,7 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
+from bayes_placement.criticism.check._edges import sentences
 from bayes_placement.criticism.missing._cautions import cautions
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis, problem_with_errors
 from bayes_placement.criticism.missing.fitted_model import not_sampled
@@ -35,6 +36,13 @@ def test_a_prior_that_excludes_the_truth_is_named_with_its_edge(fitted):
     assert sentence.startswith(f"{RATIO} is piled up at the upper edge of its prior")
 
 
+def test_many_edges_are_one_sentence():
+    few = [(f"unknown {number}", "lower", 0.5, 0.025) for number in range(3)]
+    assert len(sentences(few)) == 3
+    (together,) = sentences([*few, ("last", "upper", 0.4, 0.025)])
+    assert together.startswith("4 unknowns are piled up") and "last (upper)" in together
+
+
 def test_intervals_of_a_gaussian_are_told_where_the_posterior_was_to_be_sampled(fitted):
     (sentence,) = not_sampled(fitted, {})
     assert sentence.startswith("Intervals are those of a Gaussian")
@@ -58,6 +66,7 @@ def test_a_model_error_as_large_as_its_prior_allows_is_doubted(fitted):
     assert cautions(at_median, sampled) == ()
     largest = problem.at_sizes(problem.sizes | {"model_error.damping.size": 0.999})
     (sentence,) = cautions(replace(at_median, problem=largest), sampled)
+    assert "the model is wrong by more than it allows" in sentence
     assert sentence.startswith(
         "The model error ended at the upper edge of its prior (model_error.damping.size 0.999): "
     )

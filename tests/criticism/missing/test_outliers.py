@@ -10,6 +10,7 @@ from scipy.stats import norm
 
 import bayes_placement as bp
 from bayes_placement.criticism.missing import _outliers, _shared_fits
+from bayes_placement.criticism.missing._cautions import cautions_of_fit
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.criticism.missing._outliers import OUTLIERS, SIZE_OF_OUTLIERS, mixture
 from bayes_placement.criticism.missing._posterior_odds import explains
@@ -93,12 +94,21 @@ def test_known_noise_has_no_outliers():
     assert gain_with_outliers(known) == 0.0
 
 
+def _outliers_told(hypothesis):
+    return [words for words in cautions_of_fit(hypothesis) if "outliers" in words]
+
+
 def test_more_outliers_than_a_few_are_a_misfit():
     measurement = without_coherence(measured())
     null = null_hypothesis(of_unknown_noise(), of_unknown_noise().data(measurement))
     assert explains(null, LEVEL) and row_of(null).p_value_of_outliers > 0.5
     null = dataclasses.replace(null)  # nothing is computed yet
     rows = null.residual.reshape(-1, 60)
+    rows[0, 0] = 8.0
+    assert [words[:22] for words in _outliers_told(null)] == ["Most probably outliers"]
+    null = dataclasses.replace(null, problem=null.problem)
+    rows = null.residual.reshape(-1, 60)
     rows[:, ::12] = 8.0  # a share of 8 %
+    assert _outliers_told(null) == []
     assert row_of(null).p_value_of_outliers < LEVEL
     assert not explains(null, LEVEL)
