@@ -228,6 +228,14 @@ def test_beside_a_model_error_a_size_at_the_edge_of_its_prior_is_no_claim(states
     assert found == (("gain", "mass") if kinds else ("gain",))
 
 
+def test_an_effect_that_predicts_better_once_the_next_is_there_is_not_doubted():
+    none, single = erroneous("", 0.0, 100.0), erroneous("mass", 30.0, 60.0, gain=-1.0)
+    pair = erroneous("gain mass", 60.0, 5.0, gain=2.0)
+    decision = decided(none, single, pair)
+    assert decision.kinds == ("gain", "mass")
+    assert decision.doubts == {"gain": (), "mass": ()}
+
+
 def test_effects_that_do_not_hold_are_left_out_one_by_one():
     rows = [
         erroneous("", 0.0, 100.0),
