@@ -15,6 +15,7 @@ import numpy as np
 import numpyro.distributions as dist
 import pytest
 from loky import get_reusable_executor
+from threadpoolctl import threadpool_info, threadpool_limits
 
 import bayes_placement as bp
 from bayes_placement._shared import parts as _parts
@@ -353,6 +354,20 @@ def test_it_is_seldom_while_it_runs_and_as_often_as_before_afterwards(usual):
     with pytest.raises(KeyError), rare_garbage_collection():
         raise KeyError
     assert gc.get_threshold() == usual
+
+
+def test_threads_of_blas_do_not_wait_for_each_other_while_a_model_is_fitted(monkeypatch):
+    threads, run = [], bp.engines.MAP.run
+
+    def noted(*arguments, **options):
+        threads.extend(pool["num_threads"] for pool in threadpool_info())
+        return run(*arguments, **options)
+
+    monkeypatch.setattr(bp.engines.MAP, "run", noted)
+    with threadpool_limits(2):
+        bp.infer(experiment(), measured(), engine=bp.engines.MAP(starts=1), key=0)
+        assert {pool["num_threads"] for pool in threadpool_info()} == {2}
+    assert threads and set(threads) == {1}
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="another allocator")

@@ -11,6 +11,7 @@ import xarray as xr
 from .._shared.arguments import arguments_checked, check_count
 from .._shared.dimensions import Key
 from .._shared.errors import InfeasibleError, InputError
+from .._shared.garbage import long_computation
 from .._shared.progress import Progress, shown
 from .._shared.reprs import with_short_repr
 from ..experiment.experiment import Experiment
@@ -23,6 +24,7 @@ SIGNIFICANT = 2.0
 
 
 @arguments_checked
+@long_computation()
 def information_map(
     experiment: Experiment,
     places: Mapping[str, Sequence[object] | np.ndarray],

@@ -10,6 +10,7 @@ import pandas as pd
 
 from .._shared.arguments import arguments_checked
 from .._shared.dimensions import Key
+from .._shared.garbage import long_computation
 from .._shared.progress import Progress, shown
 from .._shared.reprs import notebook_html
 from ..experiment.experiment import Experiment
@@ -115,6 +116,7 @@ class Placement:
 
 
 @arguments_checked
+@long_computation()
 def place(
     experiment: Experiment,
     places: Places,

@@ -10,6 +10,7 @@ import xarray as xr
 
 from .._shared.arguments import arguments_checked
 from .._shared.errors import InputError
+from .._shared.garbage import long_computation
 from .._shared.progress import Progress, shown
 from .._shared.reprs import notebook_html
 from ..experiment.experiment import Experiment
@@ -77,6 +78,7 @@ class ToleranceStudy:
 
 
 @arguments_checked
+@long_computation()
 def tolerance_study(
     experiment: Experiment,
     places: Mapping[str, Sequence[object] | np.ndarray],

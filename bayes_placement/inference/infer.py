@@ -12,7 +12,7 @@ from .._shared.arguments import arguments_checked, check_kind
 from .._shared.compiled import compiled
 from .._shared.dimensions import Key
 from .._shared.errors import InputError, warn
-from .._shared.garbage import rare_garbage_collection
+from .._shared.garbage import long_computation
 from .._shared.progress import Progress, no_progress
 from .._shared.sites import Role, substitute
 from ..experiment.experiment import Experiment, Measurements
@@ -42,7 +42,7 @@ class InferenceWarning(UserWarning):
 
 
 @arguments_checked
-@rare_garbage_collection()
+@long_computation()
 def infer(
     experiment: Experiment,
     measurement: Measurements,

@@ -7,6 +7,7 @@ from numpyro.infer import Predictive
 from .._shared.arguments import arguments_checked, check_count
 from .._shared.compiled import compiled
 from .._shared.dimensions import Key
+from .._shared.garbage import long_computation
 from ..experiment.experiment import MEASURED, RESPONSE, Experiment
 from ..experiment.prior_draws import draws_from_priors
 from .record import jax_key
@@ -23,6 +24,7 @@ def sample_prior(experiment: Experiment, key: Key, draws: int = PRIOR_DRAWS) -> 
 
 
 @arguments_checked
+@long_computation()
 def simulate(experiment: Experiment, *, draws: int = 1000, key: int | Key = 0) -> xr.DataTree:
     """Draw everything unknown from its prior, and the outputs that follow.
 

@@ -195,7 +195,7 @@ def finalist(study: Study, replicate: int) -> dict[str, Draws]:
     """Draws from which `improve` takes the intervals of its verdict."""
     problem = Problem(study.experiment, study.experiment.data(study.measurement(replicate)))
     fitted = fit_alone(problem, replicate)
-    points = sampled_about(problem.squares, fitted.fit, replicate).points
+    points = sampled_about(problem.squares, fitted.fit, seed=replicate).points
     named = problem.coordinates.named(points)
     return {
         element: Draws(values.ravel())

@@ -3,10 +3,8 @@
 from concurrent.futures import Executor
 from pathlib import Path
 
-from threadpoolctl import threadpool_limits
-
 from ..._shared.arguments import arguments_checked
-from ..._shared.garbage import rare_garbage_collection
+from ..._shared.garbage import long_computation
 from ..._shared.parts import done_by
 from ..._shared.progress import Progress, no_progress
 from ...effects.library import Library
@@ -34,8 +32,7 @@ LEADING = 6
 
 
 @arguments_checked
-@rare_garbage_collection()
-@threadpool_limits.wrap(limits=1)  # small products: BLAS threads would only wait for each other
+@long_computation()
 def explain(
     experiment: Experiment,
     measurement: Measurements,

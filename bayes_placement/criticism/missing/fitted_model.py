@@ -20,7 +20,7 @@ from ..noise_needed import NoiseNeeded
 from . import _beyond_in_words
 from ._estimates import errors, estimates, sizes
 from ._held_out import held_out
-from ._hypotheses import Hypothesis
+from ._hypotheses import Hypothesis, takes_long
 from ._parameter_estimate import ParameterEstimate, number_or_none
 from ._posterior_odds import STRONG, Comparison, p_value
 from ._unknown_noise import noise_needed
@@ -242,7 +242,7 @@ def _sampled(hypothesis: Hypothesis) -> SampledPosterior | None:
     problem, fit = hypothesis.problem, hypothesis.fit
 
     def sampled() -> SampledPosterior:
-        return sampled_about(problem.squares, fit) or NOT_SAMPLED
+        return sampled_about(problem.squares, fit, is_slow=takes_long(hypothesis)) or NOT_SAMPLED
 
     kept = stored_or_computed(sampled, NOT_SAMPLED, problem, fit.point)
     return kept if len(kept.points) else None

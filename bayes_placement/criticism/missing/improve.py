@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import NamedTuple, overload
 
 import pandas as pd
-from threadpoolctl import threadpool_limits
 
 from ..._shared.arguments import arguments_checked, check_count, check_positive
 from ..._shared.errors import InputError
-from ..._shared.garbage import rare_garbage_collection
+from ..._shared.garbage import long_computation
 from ..._shared.parts import done_by
 from ..._shared.progress import Progress, no_progress
 from ...effects.library import Library, kind_of
@@ -82,8 +81,7 @@ def improve(
 
 
 @arguments_checked
-@rare_garbage_collection()
-@threadpool_limits.wrap(limits=1)  # small products: BLAS threads would only wait for each other
+@long_computation()
 def improve(
     experiment: Experiment,
     measurement: Measurements | Mapping[str, Measurements],

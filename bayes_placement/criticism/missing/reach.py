@@ -3,11 +3,9 @@
 from collections.abc import Sequence
 from concurrent.futures import Executor
 
-from threadpoolctl import threadpool_limits
-
 from ..._shared.arguments import arguments_checked
 from ..._shared.errors import InputError
-from ..._shared.garbage import rare_garbage_collection
+from ..._shared.garbage import long_computation
 from ..._shared.parts import done_by
 from ..._shared.progress import Progress, no_progress
 from ...experiment.data_checks.without_model import check_signal
@@ -35,8 +33,7 @@ SHARE = (0.0, 0.75)
 
 
 @arguments_checked
-@rare_garbage_collection()
-@threadpool_limits.wrap(limits=1)  # small products: BLAS threads would only wait for each other
+@long_computation()
 def reach(
     experiment: Experiment,
     measurement: Measurements,

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..._shared.arguments import arguments_checked, shown
 from ..._shared.errors import InputError, warn
+from ..._shared.garbage import long_computation
 from .._modal_checks import MOST_IMAGINARY
 from ..line_choice import peaks_at_ends
 from ..measurement import Measurement
@@ -39,6 +40,7 @@ class Identified(NamedTuple):
 
 
 @arguments_checked
+@long_computation()
 def identify(
     measurement: Measurement, *, shapes_at: Side = "sensors", number: object = None
 ) -> ModalParameters:

@@ -2,7 +2,8 @@
 
 Draws from a Gaussian a little wider than Laplace's are weighted. Where their weights cannot be
 trusted, draws are made along the ridges of the posterior; where these cannot either, SMC goes on
-from the Gaussian, unless it would have to follow gradients, which takes minutes.
+from the Gaussian, unless it would have to follow gradients or responses are slow, which takes
+minutes.
 
 Draws along ridges are weighted too: the data are randomised, then the squares minimised. Bardsley,
 Solonen, Haario and Laine (2014, doi:10.1137/140964023). An angle about the axis along which a
@@ -223,10 +224,13 @@ class SampledPosterior(NamedTuple):
     log_evidence_error: float
 
 
-def sampled_about(problem: LeastSquares, fit: Fit, seed: int = 0) -> SampledPosterior | None:
+def sampled_about(
+    problem: LeastSquares, fit: Fit, *, is_slow: bool = False, seed: int = 0
+) -> SampledPosterior | None:
     """Sample the posterior about a fit, the prior being standard normal.
 
-    None where draws about the mode cannot be trusted and there are many unknowns.
+    None where draws about the mode cannot be trusted, and there are many unknowns or each response
+    is slow: SMC needs some hundred thousand.
     """
     weighted = _from_gaussian(problem, fit.gaussian.widened(_wider(problem.dimension)), seed)
     sampled = _resampled(weighted, LEAST_ESS, seed)
@@ -235,7 +239,7 @@ def sampled_about(problem: LeastSquares, fit: Fit, seed: int = 0) -> SampledPost
         sampled = _resampled(along_ridges, RIDGE_DRAWS / 2, seed)
     if sampled is not None:
         return sampled
-    if problem.dimension >= FOLLOWS_GRADIENTS:
+    if is_slow or problem.dimension >= FOLLOWS_GRADIENTS:
         return None
     begin = fit.gaussian.widened(MUCH_WIDER)
     reference = Reference(problem.traced, begin, problem.dimension, problem.count)

@@ -103,6 +103,14 @@ def test_of_many_unknowns_no_draws_are_made_that_would_take_minutes(linear, monk
     assert sampled_about(problem, fit._replace(gaussian=fit.gaussian.widened(1 / 4))) is None
 
 
+def test_of_slow_responses_no_draws_are_made_that_would_take_minutes(linear, monkeypatch):
+    _, problem, fit = linear
+    assert sampled_about(problem, fit, is_slow=True) is not None  # by weights
+    monkeypatch.setattr(LeastSquares, "known_noise", False)
+    narrow = fit._replace(gaussian=fit.gaussian.widened(1 / 4))
+    assert sampled_about(problem, narrow, is_slow=True) is None
+
+
 def test_an_evidence_that_is_too_uncertain_is_sampled_again(linear, monkeypatch):
     _, problem, fit = linear
     monkeypatch.setattr(LeastSquares, "known_noise", False)
