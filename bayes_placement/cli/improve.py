@@ -88,12 +88,13 @@ def _save(completed: CompletedModel, ledger: Ledger, inputs: Inputs) -> None:
         )
     inputs.run.tree("posterior.nc", posterior)
     has_errors = bool(ledger.steps[-1].model_error)
-    said = f"Completed model: {completed.path}. Its posterior: posterior.nc."
+    said = f"Completed model: {completed.path}."
     if not ledger.verdict:
         said = (
             f"No effect is claimed: {completed.path} is the model as given, with what was fitted."
         )
-    inputs.screen.text(f"{said}{_beside_errors(completed.model_error, has_errors)}")
+    beside = _beside_errors(completed.model_error, has_errors)
+    inputs.screen.text(f"{said} Its posterior: posterior.nc.{beside}")
 
 
 def _beside_errors(is_declared: bool, has_errors: bool) -> str:
