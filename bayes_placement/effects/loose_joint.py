@@ -8,7 +8,7 @@ from jaxtyping import Array, Int
 
 from ..modes.changed import original_nodal_modes
 from ..modes.finite_elements.nodal_modes import NodalModes
-from ..modes.flexible_parts import SoftenedSupport
+from ..modes.flexible_parts import CompliantPart
 from .prelude import Instruments, Modes, Parameter, Scales, field, unit
 from .region_stiffness_loss import OnPart
 from .soft_support import compliances
@@ -50,11 +50,11 @@ class LooseJoint(OnPart):
         """Names of all joints that may be loose."""
         return nodal.static_shapes.joints
 
-    def hinges(self, modes: Modes) -> list[SoftenedSupport]:
+    def hinges(self, modes: Modes) -> list[CompliantPart]:
         """The joint, which is a part of the model that becomes softer, after all supports."""
         supports = original_nodal_modes(modes).static_shapes.supports
         number = len(supports) + jnp.asarray(self.joint)  # an array, once it was found by name
-        return [SoftenedSupport(number, self.compliance)]
+        return [CompliantPart(number, self.compliance)]
 
     def setting(self, modes: Modes, instruments: Instruments) -> str:
         """Node and axis of the joint."""

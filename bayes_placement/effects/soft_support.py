@@ -8,7 +8,7 @@ from jaxtyping import Array, Int
 from ..modes.changed import original_nodal_modes
 from ..modes.finite_elements.nodal_modes import NodalModes
 from ..modes.finite_elements.soft_supports import ANY_UNIT
-from ..modes.flexible_parts import SoftenedSupport
+from ..modes.flexible_parts import CompliantPart
 from .prelude import LogUniform, Modes, Parameter, Scales, field, unit
 from .region_stiffness_loss import OnPart
 
@@ -66,9 +66,9 @@ class SoftSupport(OnPart):
             return found  # a program is compiled for all supports
         return dataclasses.replace(found, compliance_unit=units[int(found.support)])
 
-    def hinges(self, modes: Modes) -> list[SoftenedSupport]:
+    def hinges(self, modes: Modes) -> list[CompliantPart]:
         """The support, as a part of the model that becomes softer."""
-        return [SoftenedSupport(self.support, self.compliance)]  # type: ignore[arg-type]
+        return [CompliantPart(self.support, self.compliance)]  # type: ignore[arg-type]
 
     @classmethod
     def suggest(cls, scales: Scales) -> list["SoftSupport"]:

@@ -145,7 +145,7 @@ Matrix: TypeAlias = Float[Array, "rows columns"]
 _DEPENDENT = 1e-6  # of a modal mass, below which a combination of shapes depends on others
 
 
-class SoftenedSupport(NamedTuple):
+class CompliantPart(NamedTuple):
     """A support on springs, or a joint with one."""
 
     support: Number
@@ -229,7 +229,7 @@ class StretchedMember(NamedTuple):
         return self.tension * member / nodal.mass_scale()
 
 
-FlexiblePart: TypeAlias = SoftenedSupport | WeakenedRegion | StretchedMember
+FlexiblePart: TypeAlias = CompliantPart | WeakenedRegion | StretchedMember
 
 
 def _compliance_of_loss(loss: Parameter) -> Float[Array, ""]:
