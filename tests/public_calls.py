@@ -921,6 +921,7 @@ def calls_of_effects():
             added,
             {"relaxing": number(0.1), "relaxation_time": positive(1e-3)},
         ),
+        "modulus_change": (added, {"change": number(-0.02)}),
         "compliant_support": (
             added,
             {"compliance": number(1e-9), "end": word("left"), "motion": word("translation")},

@@ -55,6 +55,7 @@ DELAY = Range(-1.0, 1.0, "a delay is in seconds, not ms: 1e-3")
 ANGLE = Range(-np.pi, np.pi, "angles are in rad, not degrees: numpy.deg2rad(5.0)")
 RATE = Range(-0.9, 1.0, "an error of a sampling rate is a relative one, not percent: 0.05")
 ORDER = Range(0.0, 1.0, "an order is between that of a spring, 0, and that of a dashpot, 1")
+CHANGE = Range(-0.9, 1.0, "a change of a modulus is a relative one, not percent: -0.02")
 SIZE = Range(-0.5, 1.0, "an error of a dimension is a relative one, not percent: 0.05")
 
 

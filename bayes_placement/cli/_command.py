@@ -216,8 +216,8 @@ GROUPS = {
     "ground_spring ground_dashpot rotational_spring strut foundation maxwell_mount "
     "fractional_mount damping_layer cubic_stiffness coulomb_friction gap",
     "structure": "local_stiffness_loss region_stiffness_loss hysteretic_damping "
-    "viscoelastic_modulus axial_preload member_preload shear_and_rotary_inertia residual_modes "
-    "further_mode dimension_error beyond_prior",
+    "viscoelastic_modulus modulus_change axial_preload member_preload shear_and_rotary_inertia "
+    "residual_modes further_mode dimension_error beyond_prior",
     "supports": "compliant_support soft_support loose_joint",
     "sensors and actuators": "gain_error misplaced_sensor misplaced_actuator reversed_sensor "
     "reversed_channel swapped_sensors swapped_actuators sensor_mass actuator_mass stinger "

@@ -84,6 +84,9 @@ class Effect(eqx.Module):
         Whether these may even be at one place, as modes are.
     may_be_new
         Whether it can come between two states of a structure; else it was there before.
+    only_new
+        Whether it is tried between two states alone: one does not tell it from a number with a
+        prior.
     if_negative
         What it means that the estimate of its strength is below zero; empty where that is usual.
     name
@@ -107,6 +110,7 @@ class Effect(eqx.Module):
     may_repeat: ClassVar[bool] = True
     may_coincide: ClassVar[bool] = False
     may_be_new: ClassVar[bool] = True
+    only_new: ClassVar[bool] = False
     if_negative: ClassVar[str] = ""
     name: eqx.AbstractVar[str]
 
@@ -281,7 +285,7 @@ class Modulus(StructureEffect):
     --------
     >>> kinds = bp.effects.EFFECTS.items()
     >>> [name for name, kind in kinds if issubclass(kind, bp.effects.Modulus)]
-    ['hysteretic_damping', 'viscoelastic_modulus', 'modulus']
+    ['hysteretic_damping', 'viscoelastic_modulus', 'modulus_change', 'modulus']
     """
 
     may_repeat: ClassVar[bool] = False

@@ -9,6 +9,7 @@ from .local_stiffness_loss import LocalStiffnessLoss as local_stiffness_loss
 from .region_stiffness_loss import RegionStiffnessLoss as region_stiffness_loss
 from .hysteretic_damping import HystereticDamping as hysteretic_damping
 from .viscoelastic_modulus import ViscoelasticModulus as viscoelastic_modulus
+from .modulus_change import ModulusChange as modulus_change
 from .compliant_support import CompliantSupport as compliant_support
 from .soft_support import SoftSupport as soft_support
 from .loose_joint import LooseJoint as loose_joint

@@ -75,7 +75,7 @@ def suggested():
 
 
 def test_every_effect_is_suggested_where_it_can_act(suggested):
-    assert len(suggested) == 37
+    assert len(suggested) == 38
     free = effects.library(experiment(ends="free-free"))
     assert not {"compliant_support", "cubic_stiffness"} & set(free.kinds)
     bar = effects.library(experiment("bar", "fixed-fixed"))

@@ -92,6 +92,17 @@ class Question(NamedTuple):
         fits = shared_fits(*content, self.declared)
         return self._replace(experiment=experiment, data=data, fits=fits)
 
+    def of_one_state(self) -> "Question":
+        """Return the question without effects that only a second state tells, if others are left.
+
+        Where they alone were asked for, they are tried.
+        """
+        effects = tuple(effect for effect in self.tried.effects if not effect.only_new)
+        if not effects or len(effects) == len(self.tried.effects):
+            return self
+        fewer = self._replace(tried=replace(self.tried, effects=effects))
+        return fewer.asked_of(self.experiment, self.data)
+
     def of_what_is_new(self) -> "Question":
         """Return the question which effects came between two states."""
         effects = tuple(effect for effect in self.tried.effects if effect.may_be_new)

@@ -77,7 +77,7 @@ def _completed(question: Question, state: State, tick: Tick) -> Hypothesis | Non
     without networks, which would follow what is a model error there.
     """
     listed = question._replace(tried=replace(question.tried, networks=False))
-    alone = listed.asked_of(state.experiment.with_errors(None), state.data)
+    alone = listed.asked_of(state.experiment.with_errors(None), state.data).of_one_state()
     comparison = alone.fits.singles(tick)
     most = min(question.most_effects, MOST_LACKING)
     for depth in range(1, most + 1):
@@ -102,7 +102,7 @@ def answered_by_states(
 ) -> tuple[Answer, Earlier | None]:
     """Answer a question by one state; with a baseline by both, and tell what explains that one."""
     if baseline is None:
-        return answered(question, tick), None
+        return answered(question.of_one_state(), tick), None
     earlier = earlier_state(question, baseline, tick)
     return answered_since(earlier, tick, between), earlier
 
@@ -150,5 +150,6 @@ def _best_of_later_state(question: Question, earlier: State, tick: Tick) -> Hypo
     exact = null_hypothesis(earlier.experiment.with_errors(None), earlier.data)
     if not passes(exact, question.level):
         return exact
+    question = question.of_one_state()
     singles = question.fits.singles(tick)
     return deepened(question, singles, ALL, -np.inf, tick).best()
