@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-PERCENT = ("ratio", "damping_ratio", "loss_factor", "loss", "drift", "size", "error")
+PERCENT = ("ratio", "damping_ratio", "loss_factor", "loss", "drift", "size", "error", "change")
 """Fields without unit that are stated in percent."""
 
 MULTIPLES = {

@@ -55,6 +55,18 @@ def ratio_wave(b):
     return np.cos(b) * np.sinh(b) - np.sin(b) * np.cosh(b)
 
 
+def test_another_modulus_is_that_of_another_material():
+    omega = np.array([0.3, 0.9, 2.1]) * natural(structure())[1]
+    changed, other = (
+        between(base, 0.3, 0.7 * LENGTH, omega)
+        for base in (
+            structure(effects.modulus_change(-0.02)),
+            structure(youngs_modulus=0.98 * STIFFNESS),
+        )
+    )
+    np.testing.assert_allclose(changed, other, rtol=1e-9)
+
+
 @pytest.mark.parametrize("near", [1.24792, 4.03114, 7.13413])
 def test_a_mass_at_the_tip_obeys_its_frequency_equation(near):
     b = root(lambda b: 1 + np.cos(b) * np.cosh(b) + b * ratio_wave(b), near)

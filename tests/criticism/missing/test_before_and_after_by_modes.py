@@ -21,12 +21,12 @@ OFF = np.array([1.015, 0.985, 1.01, 0.98, 1.02, 0.99])
 MASS = {"mass_at": 0.33, "mass": 0.3}
 
 
-def state(seed, count=MODES, **hidden):
+def state(seed, count=MODES, modulus=1.0, **hidden):
     """Modal parameters of a bar whose natural frequencies the model does not have."""
     noise = np.random.default_rng(seed)
     known = modal_bars.measured(PLACES, count, noise=noise, ratio=0.01, **hidden)
     return bp.ModalParameters(
-        known.natural_frequency * OFF[:count],
+        known.natural_frequency * OFF[:count] * np.sqrt(modulus),
         damping_ratio=known.damping_ratio,
         shape=known.shape,
         sensors=known.sensors,
@@ -56,6 +56,23 @@ def test_a_mass_that_moves_modes_less_than_the_model_errs_is_new_where_it_is():
     for name, truth in (("at", MASS["mass_at"]), ("mass", MASS["mass"])):
         (estimate,) = (value for key, value in parameters.items() if key.endswith(name))
         assert estimate.low < truth < estimate.high
+
+
+@pytest.mark.long
+def test_another_temperature_is_another_modulus_and_no_mass():
+    warm = state(2, modulus=0.97)
+    declared = observing(warm)
+    kinds = ["point_mass", "sensor_mass", "modulus_change"]
+    candidates = bp.effects.library(declared, kinds)
+    ledger = bp.improve(declared, warm, baseline=state(1), candidates=candidates, most_effects=1)
+    assert ledger.verdict == ("modulus_change",)
+    (change,) = ledger.steps[-1].parameters_of_added().values()
+    assert change.low < -0.03 < change.high
+    alone = bp.improve(declared, warm, candidates=candidates, most_effects=1, model_error=None)
+    assert "point_mass" in alone.probabilities and "modulus_change" not in alone.probabilities
+    asked = bp.effects.library(declared, ["modulus_change"])
+    alone = bp.improve(declared, warm, candidates=asked, most_effects=1, model_error=None)
+    assert "modulus_change" in alone.probabilities
 
 
 @pytest.mark.long
