@@ -57,6 +57,8 @@ class Oscillator(NamedTuple):
     """Modes of the structure proper."""
     mode_error: ModeError | None
     """Errors of modes, or None."""
+    ports: "Ports | None" = None
+    """Ports of all attachments and of instruments that load the structure; None without any."""
 
     @classmethod
     def of(
@@ -73,7 +75,13 @@ class Oscillator(NamedTuple):
         mode_error = None if errors is None else errors.mode_error()
         if mode_error is not None:
             modes = mode_error.uneven(modes)
-        return cls(structure, instruments, effects, errors, modes, mode_error)
+        free = cls(structure, instruments, effects, errors, modes, mode_error)
+        laws = free._laws(jnp.ones(1))
+        return (
+            free._replace(ports=Ports.of(joined([law.points for law in laws]), free))
+            if laws
+            else free
+        )
 
     def matrix(self, omega: Float[Array, ""]) -> Matrix:
         """Modal dynamic stiffness without inertia [(rad/s)^2], complex."""
@@ -85,10 +93,9 @@ class Oscillator(NamedTuple):
             factor = self.mode_error.over(natural.size)
             natural, loss = natural * factor.frequency, loss * factor.damping
         diagonal = jnp.diag(natural**2 * modulus + loss * structure.kept_damping() + 0j)
-        ports = self._ports(line)
-        if ports is None:
+        if self.ports is None:
             return diagonal
-        return diagonal + ports.shapes.T @ ports.stiffness @ ports.shapes
+        return diagonal + self.ports.shapes.T @ self._attached(line) @ self.ports.shapes
 
     def branches(self, omega: Float[Array, ""]) -> Branches:
         """Every mode as it is seen from one frequency, without damping; no gradient passes."""
@@ -128,7 +135,7 @@ class Oscillator(NamedTuple):
         """Shapes as the sensors recorded them, of amplitudes at real angular frequencies."""
         points = self._points()
         shapes = points.shapes(self.modes) @ vectors + 0j
-        if self._ports(omega[:1]) is not None:
+        if self.ports is not None:
             shapes = shapes + jax.vmap(self._bent, (1, 0), 1)(vectors, omega)
         record = shapes[:, None, :]
         if self.errors is not None:
@@ -141,11 +148,10 @@ class Oscillator(NamedTuple):
 
     def _bent(self, vector: Vector, omega: Float[Array, ""]) -> Inexact[Array, "channel"]:
         """What the forces of attachments bend that the kept modes leave out."""
-        line = omega[None]
-        ports = self._ports(line)
+        line, ports = omega[None], self.ports
         assert ports is not None
-        left_out = self._points().flexibility_left_out(self.modes, ports.points)
-        return -left_out @ (ports.stiffness @ ports.shapes @ vector) / self._modulus(line)[0]
+        force = self._attached(line) @ ports.shapes @ vector
+        return -ports.to_sensors @ force / self._modulus(line)[0]
 
     def _modulus(self, line: Float[Array, "1"]) -> Inexact[Array, "1"]:
         return self.structure.relative_modulus(line)
@@ -155,8 +161,8 @@ class Oscillator(NamedTuple):
         error = None if self.errors is None else self.errors.shape_error(self.instruments, "sensor")
         return dataclasses.replace(points, shape_error=error)
 
-    def _ports(self, line: Float[Array, "1"]) -> "_Ports | None":
-        """Ports of all attachments and of instruments that load the structure; None without any."""
+    def _laws(self, line: Float[Array, "1"]) -> list[PortLaw]:
+        """Laws of all attachments and of instruments that load the structure, on their ports."""
         laws = linear_laws(self.structure, self.modes, line, self.mode_error)
         for number, sensor in enumerate(self.instruments.sensors.values()):
             place = along_axes(coordinates(sensor.position), self.modes)
@@ -165,11 +171,12 @@ class Oscillator(NamedTuple):
                 for effect in self.effects
                 if "sensor" in effect.loads
             ]
-        if not laws:
-            return None
-        points = joined([law.points for law in laws])
-        flexibility = points.flexibility_left_out(self.modes, points) / self._modulus(line)[0]
-        return _Ports(points, points.shapes(self.modes), in_series(laws, flexibility))
+        return laws
+
+    def _attached(self, line: Float[Array, "1"]) -> Inexact[Array, "port port"]:
+        """Dynamic stiffness at the ports, in series with the modes left out."""
+        assert self.ports is not None
+        return in_series(self._laws(line), self.ports.flexibility / self._modulus(line)[0])
 
     def _expansion(self, omega: Float[Array, ""]) -> tuple[Matrix, Matrix, Matrix]:
         """Matrix at an angular frequency, its derivative and its second derivative."""
@@ -181,12 +188,25 @@ class Oscillator(NamedTuple):
         return value, slope, curve
 
 
-class _Ports(NamedTuple):
-    """Ports, shapes there, and their dynamic stiffness in series with the modes left out."""
+class Ports(NamedTuple):
+    """What is known of ports whatever the frequency: compiled once, since it takes most of that."""
 
-    points: Points
     shapes: Float[Array, "port mode"]
-    stiffness: Inexact[Array, "port port"]
+    """Shapes there."""
+    flexibility: Float[Array, "port port"]
+    """Flexibility of the modes left out, between them."""
+    to_sensors: Float[Array, "channel port"]
+    """The same from them to what the sensors read."""
+
+    @classmethod
+    def of(cls, points: Points, free: Oscillator) -> "Ports":
+        """Return what is known of the ports of a structure."""
+        modes = free.modes
+        return cls(
+            points.shapes(modes),
+            points.flexibility_left_out(modes, points),
+            free._points().flexibility_left_out(modes, points),
+        )
 
 
 def _about(middle: Frequency, expansion: tuple[Matrix, Matrix, Matrix]) -> Matrices:
