@@ -59,8 +59,8 @@ CROWD = 20
 CLAIMED, SUSPECT, CHANCE, FLOOR = "#009E73", AFTER, "0.7", INK
 """Colours."""
 
-BAR = 0.3
-"""Height of a bar [inch]."""
+BAR, ON_TWO_LINES = 0.3, 9
+"""Height of a bar [inch], and bars that are as high below any maps, so that two lines fit."""
 
 LETTERS = 32
 """Letters in a line of text beside a bar."""
@@ -172,18 +172,17 @@ def _in_space(
         structure_plots.name_axes(panel, view)
         panel.set_title(f"suspicion of{chr(10) if are_narrow else ' '}{kind}")
     _draw_greatest(bars, table, kinds)
-    names = [_with_setting(table, kind, on_one_line=height > PAGE / 2) for kind in kinds]
+    between = "\n" if len(kinds) <= ON_TWO_LINES else ", "
+    names = [_with_setting(table, kind, between) for kind in kinds]
     bars.set_yticks(range(len(kinds)), names)
     return layout.with_legend()
 
 
-def _with_setting(table: pd.DataFrame, kind: str, *, on_one_line: bool) -> str:
+def _with_setting(table: pd.DataFrame, kind: str, between: str) -> str:
     """A kind, and below or beside it what of the structure its greatest score is about."""
     worst = table[table["kind"] == kind].nlargest(1, "size")
     setting = worst["setting"].iloc[0] if "setting" in worst else ""
-    if on_one_line:
-        return ", ".join(filter(None, [kind, textwrap.shorten(setting, LETTERS, placeholder="…")]))
-    return "\n".join([kind, *textwrap.wrap(setting, LETTERS)])
+    return between.join(filter(None, [kind, textwrap.shorten(setting, LETTERS, placeholder="…")]))
 
 
 def _on_a_line(

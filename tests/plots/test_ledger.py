@@ -495,12 +495,12 @@ def test_what_a_ledger_claims_comes_first_whatever_else_is_suspect():
     assert kinds[-1] == "gain_error"
 
 
-def many_kinds(table):
-    """Scores of 45 kinds, each about a part with a long name."""
+def many_kinds(table, count=45):
+    """Scores of many kinds, each about a part with a long name."""
     return pd.concat(
         [
             table.assign(kind=f"kind_{number}", setting=f"sensor s{number}+x, at the upper flange")
-            for number in range(45)
+            for number in range(count)
         ]
     )
 
@@ -520,7 +520,20 @@ def test_many_kinds_of_effects_are_no_higher_than_a_page(draw):
     figure = draw()
     figure.savefig(io.BytesIO())
     assert figure.get_figheight() <= 11.0
-    bars = next(axis for axis in reversed(figure.axes) if len(axis.get_yticklabels()) == 45)
+    assert_names_of_bars_stand_apart(figure, 45)
+
+
+@pytest.mark.parametrize("count", [9, 15])
+def test_names_of_some_kinds_stand_apart_below_wide_maps(count):
+    table = many_kinds(scores_in_space(), count)
+    table[["y", "z"]] *= 0.05
+    figure = ledger_plots.suspicion(ranking(table))
+    figure.savefig(io.BytesIO())
+    assert_names_of_bars_stand_apart(figure, count)
+
+
+def assert_names_of_bars_stand_apart(figure, count):
+    bars = next(axis for axis in reversed(figure.axes) if len(axis.get_yticklabels()) == count)
     names = sorted(bars.get_yticklabels(), key=lambda name: name.get_position()[1])
     extents = [name.get_window_extent() for name in names]
     assert all(low.y1 < high.y0 for low, high in itertools.pairwise(extents))
