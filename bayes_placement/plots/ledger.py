@@ -37,12 +37,14 @@ from ._figures import (
     worst_pairs,
 )
 from ._fit_panels import (
+    Falling,
     colours_of,
     draw_error,
     draw_falling,
     draw_measured,
     draw_phase,
     draw_response,
+    have_one_noise,
     mark_outside,
     short,
     told_misfit,
@@ -277,7 +279,7 @@ def error_falls(ledger: Ledger, *, ax: Axes | None = None) -> Figure:
     """Draw the misfit of the model as given, then with one more effect each time.
 
     Beside a model error that is the misfit of the best fit without it. Where the noise is not
-    known, it is the residual over the scatter of neighbouring lines.
+    known, it is the noise that the model needs, above the scatter of neighbouring lines.
 
     Parameters
     ----------
@@ -292,19 +294,20 @@ def error_falls(ledger: Ledger, *, ax: Axes | None = None) -> Figure:
     'reduced chi-square [1]'
     """
     names = ["as given", *(f"+ {step.added}" for step in ledger.steps[1:])]
-    misfit, quantity = _misfit(ledger.steps)
+    misfit = _misfit(ledger.steps)
     layout = panels(1, 1, ax)
     panel = layout.only
     draw_falling(panel, names, misfit, FLOOR, top=2.0, beside=0.5)
     panel.set_xlabel("model [effects added one after the other]")
-    panel.set_ylabel(quantity)
+    panel.set_ylabel(misfit.quantity)
     return layout.with_legend()
 
 
-def _misfit(steps: Sequence[FittedModel]) -> tuple[list[float], str]:
-    """Misfit of each step that no error takes up, and what it is."""
+def _misfit(steps: Sequence[FittedModel]) -> Falling:
+    """Misfit of each step that no error takes up."""
     noises = [step.noise_needed for step in steps]
     return told_misfit(
+        [np.nan if noise is None else noise.relative for noise in noises],
         [np.nan if noise is None else noise.over_scatter for noise in noises],
         [step.chi2_when_exact for step in steps],
         [step.chi2_per_datum for step in steps],
@@ -362,6 +365,7 @@ def before_and_after(result: Fits, *, axes: Sequence[Axes] | np.ndarray | None =
     has_phase = "measured_phase" in first
     heights = [1.0, 0.5, 0.8] if has_phase else [1.0, 0.8]
     layout, rows = channel_panels(first, heights, axes), len(heights)
+    has_own_noise = not have_one_noise(fits)
     for name, color in colours_of(fits).items():
         fit = fits[name]
         for panel, channel in channels(layout.axes[::rows], fit):
@@ -369,7 +373,7 @@ def before_and_after(result: Fits, *, axes: Sequence[Axes] | np.ndarray | None =
         for panel, channel in channels(layout.axes[1::rows], fit) if has_phase else ():
             draw_phase(panel, channel, color)
         for panel, channel in channels(layout.axes[rows - 1 :: rows], fit):
-            draw_error(panel, channel, name, color)
+            draw_error(panel, channel, name, color, has_own_noise=has_own_noise)
     draw_measured(layout.axes, first, rows)
     if AS_DRAWN in fits:
         for panel, channel in channels(layout.axes[::rows], fits[AS_DRAWN]):
