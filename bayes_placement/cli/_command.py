@@ -67,7 +67,8 @@ def begun(options: Common) -> Iterator["Output"]:
         with result_folder(options.model.absolute(), options.command, out) as folder:
             from ._run import Output
 
-            yield Output(folder, options.quiet, options.as_json, options.report, fits)
+            shown = options.quiet, options.as_json, options.report
+            yield Output(folder, *shown, fits, options.traceback)
 
 
 SHORTEST_COMPILATION = 0.01

@@ -9,6 +9,7 @@ import pickle
 import stat
 import sys
 import time
+import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -56,8 +57,9 @@ class Run:
 
     `top` is the folder of its results, `folder` the same or one in it for a part of them; `shared`
     is what the runs of one model share, `fits` what all runs share. `record` is the content of
-    `run.json`: what it was given, and what it has written so far. `began` is in s; each of
-    `unfinished` awaits a figure that is being written, and notes it.
+    `run.json`: what it was given, and what it has written so far. `traceback` tells where a figure
+    failed. `began` is in s; each of `unfinished` awaits a figure that is being written, and notes
+    it.
     """
 
     command: str
@@ -67,6 +69,7 @@ class Run:
     fits: Path | None
     record: Json
     with_report: bool = False
+    traceback: bool = False
     began: float = field(default_factory=time.perf_counter)
     unfinished: list[Callable[[], None]] = field(default_factory=list)
     written: list[str] = field(default_factory=list)
@@ -138,9 +141,11 @@ class Run:
             raise
         except Exception as error:  # noqa: BLE001, the results of hours are worth more than a figure
             reason = " ".join(str(error).split())
+            where = "".join(traceback.format_exception(error)).rstrip()
             self.not_drawn.append(
                 f"{what} was not drawn ({type(error).__name__}: {reason}); all numbers are in the "
-                "other files. Please report it."
+                "other files. Please report it"
+                + (f":\n{where}" if self.traceback else ", with what --traceback tells.")
             )
 
     def kept(self, write: Callable[["Run"], Result], *inputs: object) -> Result:
@@ -238,6 +243,7 @@ class Output(NamedTuple):
     as_json: bool = False
     report: bool = False
     fits: Path | None = None
+    traceback: bool = False
 
     @property
     def screen(self) -> Screen:
@@ -267,7 +273,8 @@ class Output(NamedTuple):
             "files": [],
         }
         folder, shared = self.folder
-        return Run(command, folder, folder, shared, self.fits, record, self.report)
+        given = self.fits, record, self.report, self.traceback
+        return Run(command, folder, folder, shared, *given)
 
 
 def _plain(value: object) -> object:

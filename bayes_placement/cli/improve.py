@@ -56,10 +56,14 @@ def _run_one(request: Request, inputs: Inputs) -> int:
     screen.list(write(ledger, inputs, inputs.run))
     if request.save is not None:
         _save(request.save, ledger, inputs)
-    folder = inputs.run.folder
     _baseline_first(request, ledger, screen)
-    screen.text(f"Where something may act: {folder / picture_of_where(ledger)}")
-    screen.text(f"Response and error before and after: {folder / FITS}")
+    pictures = {
+        "Where something may act": picture_of_where(ledger),
+        "Response and error before and after": FITS,
+    }
+    for what, name in pictures.items():
+        if name in inputs.run.files:  # what cannot be drawn is told at the end
+            screen.text(f"{what}: {inputs.run.folder / name}")
     return inputs.run.finish(screen, verdict, ledger.to_json(), passed=not ledger.unexplained)
 
 

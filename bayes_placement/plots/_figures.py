@@ -114,20 +114,24 @@ def panels(
     *,
     heights: list[float] | None = None,
     size: tuple[float, float] = PANEL,
-    projection: str | None = None,
+    projection: str | list[str | None] | None = None,
 ) -> Panels:
     """Return the axes of the caller, or those of a new figure outside pyplot.
 
     Axes of the caller stand row by row, one for each panel. Those of a new figure have relative
-    heights of the rows, a size [inch] of each panel and a projection.
+    heights of the rows, a size [inch] of each panel and a projection, or one for each row.
     """
     if axes is not None:
         return _panels_of_caller(np.array(axes, dtype=object).ravel(), rows, columns)
     width, height = size[0] * columns, size[1] * sum(heights or [1.0] * rows)
     figure = PlainFigure.on_page(width, min(height, LARGEST))
-    settings: Style = {"subplot_kw": {"projection": projection}}
-    grid = figure.subplots(rows, columns, squeeze=False, height_ratios=heights, **settings)
-    return Panels(figure, grid, is_new=True)
+    grid = figure.add_gridspec(rows, columns, height_ratios=heights)
+    by_row = projection if isinstance(projection, list) else [projection] * rows
+    made = [
+        figure.add_subplot(grid[place], projection=by_row[place[0]])
+        for place in np.ndindex(rows, columns)
+    ]
+    return Panels(figure, np.array(made, dtype=object).reshape(rows, columns), is_new=True)
 
 
 def _panels_of_caller(axes: np.ndarray, rows: int, columns: int) -> Panels:

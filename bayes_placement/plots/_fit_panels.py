@@ -88,11 +88,21 @@ def draw_phase(panel: Axes, channel: xr.Dataset, color: str) -> None:
     phase_axis(panel)
 
 
-def draw_error(panel: Axes, channel: xr.Dataset, name: str, color: str) -> None:
-    """Draw what a model leaves, and the noise."""
+def have_one_noise(fits: Mapping[str, xr.Dataset]) -> bool:
+    """Whether the noise is the same for all models: each infers its own where it is not known."""
+    first, *others = (fit["noise"].values for fit in fits.values())
+    return all(np.allclose(first, other, equal_nan=True, atol=0.0) for other in others)
+
+
+def draw_error(
+    panel: Axes, channel: xr.Dataset, name: str, color: str, *, has_own_noise: bool
+) -> None:
+    """Draw what a model leaves, and the noise; that of a model alone has the style of its line."""
     style = line_style(color) | {"linewidth": 0.8, "label": f"error, {name}"}
     panel.plot(channel["frequency"], channel["error"], **style)
-    panel.plot(channel["frequency"], channel["noise"], color=INK, linewidth=1, label="noise")
+    noise = line_style(color) if has_own_noise else {}
+    noise |= {"color": INK, "linewidth": 1, "label": f"noise, {name}" if has_own_noise else "noise"}
+    panel.plot(channel["frequency"], channel["noise"], **noise)
     panel.set_yscale("log")
     label = channel["error"].attrs["units"]
     unit = "log10 of ratio]" if label.startswith("log10") else label.rpartition("[")[2]
@@ -333,29 +343,48 @@ LEAST_MISFIT = 1e-3
 """Misfit below which a point stands at the lower end: data without noise can be fitted exactly."""
 
 
+class Falling(NamedTuple):
+    """Misfit of each step that no error takes up, what it is, and that of the noise alone."""
+
+    values: list[float]
+    quantity: str
+    label: str = "misfit of the best fit"
+    floor: float = 1.0
+    floor_label: str = "noise floor of a correct model"
+
+
 def told_misfit(
-    scatters: list[float], exact: list[float], plain: list[float]
-) -> tuple[list[float], str]:
-    """Misfit of each step that no error takes up, and what it is: of three, the first known."""
-    if np.isfinite(scatters).all():
-        return scatters, "residual over scatter of lines [1]"
+    needed: list[float], scatters: list[float], exact: list[float], plain: list[float]
+) -> Falling:
+    """Misfit of each step that no error takes up: of three, the first known.
+
+    Where the noise is not known that is the noise that each step needs, held against the scatter of
+    neighbouring lines about the last one: what a step misses, it takes for noise and scatter both.
+    """
+    if np.isfinite(needed).all():
+        shares = [PERCENT * share for share in needed]
+        words = "noise needed, of the amplitude [%]", "noise that the best fit needs"
+        return Falling(shares, *words, shares[-1] / scatters[-1], "scatter of neighbouring lines")
     if np.isfinite(exact).all():
-        return exact, "reduced chi-square without model error [1]"
-    return plain, "reduced chi-square [1]"
+        return Falling(exact, "reduced chi-square without model error [1]")
+    return Falling(plain, "reduced chi-square [1]")
 
 
 def draw_falling(
-    panel: Axes, names: list[str], misfit: list[float], floor: str, *, top: float, beside: float
+    panel: Axes, names: list[str], misfit: Falling, floor: str, *, top: float, beside: float
 ) -> None:
     """Draw the misfit of steps above the noise, with room above (a factor) and beside them."""
-    drawn = np.maximum(misfit, LEAST_MISFIT)
-    panel.plot(range(len(misfit)), drawn, "o-", color=AFTER, label="misfit of the best fit")
-    for number, (value, height) in enumerate(zip(misfit, drawn, strict=True)):
+    drawn = np.maximum(misfit.values, LEAST_MISFIT)
+    panel.plot(range(len(drawn)), drawn, "o-", color=AFTER, label=misfit.label)
+    for number, (value, height) in enumerate(zip(misfit.values, drawn, strict=True)):
         panel.annotate(short(value), (number, height), (8, 4), textcoords="offset points")
-    panel.axhline(1.0, color=floor, linestyle="--", label="noise floor of a correct model")
+    shown = drawn
+    if np.isfinite(misfit.floor):  # too few lines have no scatter
+        panel.axhline(misfit.floor, color=floor, linestyle="--", label=misfit.floor_label)
+        shown = np.append(drawn, misfit.floor)
     panel.set_yscale("log")
-    panel.set_ylim(0.5 * min(1.0, *drawn, 1.0), top * max(1.0, *drawn, 1.0))
-    panel.set_xlim(-beside, len(misfit) - beside)
+    panel.set_ylim(0.5 * shown.min(), top * shown.max())
+    panel.set_xlim(-beside, len(drawn) - beside)
     panel.set_xticks(range(len(names)), names)
 
 

@@ -37,12 +37,14 @@ from ._figures import (
     worst_pairs,
 )
 from ._fit_panels import (
+    Falling,
     colours_of,
     draw_error,
     draw_falling,
     draw_measured,
     draw_phase,
     draw_response,
+    have_one_noise,
     mark_outside,
     short,
     told_misfit,
@@ -59,8 +61,8 @@ CROWD = 20
 CLAIMED, SUSPECT, CHANCE, FLOOR = "#009E73", AFTER, "0.7", INK
 """Colours."""
 
-BAR = 0.3
-"""Height of a bar [inch]."""
+BAR, ON_TWO_LINES = 0.3, 9
+"""Height of a bar [inch], and bars that are as high below any maps, so that two lines fit."""
 
 LETTERS = 32
 """Letters in a line of text beside a bar."""
@@ -172,18 +174,17 @@ def _in_space(
         structure_plots.name_axes(panel, view)
         panel.set_title(f"suspicion of{chr(10) if are_narrow else ' '}{kind}")
     _draw_greatest(bars, table, kinds)
-    names = [_with_setting(table, kind, on_one_line=height > PAGE / 2) for kind in kinds]
+    between = "\n" if len(kinds) <= ON_TWO_LINES else ", "
+    names = [_with_setting(table, kind, between) for kind in kinds]
     bars.set_yticks(range(len(kinds)), names)
     return layout.with_legend()
 
 
-def _with_setting(table: pd.DataFrame, kind: str, *, on_one_line: bool) -> str:
+def _with_setting(table: pd.DataFrame, kind: str, between: str) -> str:
     """A kind, and below or beside it what of the structure its greatest score is about."""
     worst = table[table["kind"] == kind].nlargest(1, "size")
     setting = worst["setting"].iloc[0] if "setting" in worst else ""
-    if on_one_line:
-        return ", ".join(filter(None, [kind, textwrap.shorten(setting, LETTERS, placeholder="…")]))
-    return "\n".join([kind, *textwrap.wrap(setting, LETTERS)])
+    return between.join(filter(None, [kind, textwrap.shorten(setting, LETTERS, placeholder="…")]))
 
 
 def _on_a_line(
@@ -278,7 +279,7 @@ def error_falls(ledger: Ledger, *, ax: Axes | None = None) -> Figure:
     """Draw the misfit of the model as given, then with one more effect each time.
 
     Beside a model error that is the misfit of the best fit without it. Where the noise is not
-    known, it is the residual over the scatter of neighbouring lines.
+    known, it is the noise that the model needs, above the scatter of neighbouring lines.
 
     Parameters
     ----------
@@ -293,19 +294,20 @@ def error_falls(ledger: Ledger, *, ax: Axes | None = None) -> Figure:
     'reduced chi-square [1]'
     """
     names = ["as given", *(f"+ {step.added}" for step in ledger.steps[1:])]
-    misfit, quantity = _misfit(ledger.steps)
+    misfit = _misfit(ledger.steps)
     layout = panels(1, 1, ax)
     panel = layout.only
     draw_falling(panel, names, misfit, FLOOR, top=2.0, beside=0.5)
     panel.set_xlabel("model [effects added one after the other]")
-    panel.set_ylabel(quantity)
+    panel.set_ylabel(misfit.quantity)
     return layout.with_legend()
 
 
-def _misfit(steps: Sequence[FittedModel]) -> tuple[list[float], str]:
-    """Misfit of each step that no error takes up, and what it is."""
+def _misfit(steps: Sequence[FittedModel]) -> Falling:
+    """Misfit of each step that no error takes up."""
     noises = [step.noise_needed for step in steps]
     return told_misfit(
+        [np.nan if noise is None else noise.relative for noise in noises],
         [np.nan if noise is None else noise.over_scatter for noise in noises],
         [step.chi2_when_exact for step in steps],
         [step.chi2_per_datum for step in steps],
@@ -363,6 +365,7 @@ def before_and_after(result: Fits, *, axes: Sequence[Axes] | np.ndarray | None =
     has_phase = "measured_phase" in first
     heights = [1.0, 0.5, 0.8] if has_phase else [1.0, 0.8]
     layout, rows = channel_panels(first, heights, axes), len(heights)
+    has_own_noise = not have_one_noise(fits)
     for name, color in colours_of(fits).items():
         fit = fits[name]
         for panel, channel in channels(layout.axes[::rows], fit):
@@ -370,7 +373,7 @@ def before_and_after(result: Fits, *, axes: Sequence[Axes] | np.ndarray | None =
         for panel, channel in channels(layout.axes[1::rows], fit) if has_phase else ():
             draw_phase(panel, channel, color)
         for panel, channel in channels(layout.axes[rows - 1 :: rows], fit):
-            draw_error(panel, channel, name, color)
+            draw_error(panel, channel, name, color, has_own_noise=has_own_noise)
     draw_measured(layout.axes, first, rows)
     if AS_DRAWN in fits:
         for panel, channel in channels(layout.axes[::rows], fits[AS_DRAWN]):

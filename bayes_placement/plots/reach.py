@@ -24,7 +24,7 @@ from . import structure as structure_plots
 from ._colours import AFTER, BEFORE, DATA, FAINT, FIFTH, FLOOR, FOURTH, Style
 from ._figures import PANEL, STAR, color_bar, panels
 from ._impedance_paper import rule
-from ._instruments import thinness
+from ._instruments import View, thinness
 from ._plain_figure import HIGHEST
 
 Values: TypeAlias = Inexact[np.ndarray, "frequency"]
@@ -45,8 +45,8 @@ STYLES: list[Style] = [
 ]
 """The best laws, one after the other."""
 
-HEIGHT = 2.4
-"""Height of a panel of one kind of port [inch]."""
+HEIGHT, IN_SPACE = 2.4, 1.6
+"""Height of a panel of one kind of port [inch], and the factor for a structure seen in space."""
 
 LETTERS = 64
 """Letters of a line of a title."""
@@ -88,7 +88,8 @@ def curves(
     experiment
         Experiment whose structure and instruments are drawn; None for places alone.
     axes
-        Axes to draw in, one for each kind of port and one for channels; None for a new figure.
+        Axes to draw in, one for each kind of port and one for channels, those of a structure in
+        space that is not thin with the projection 3d; None for a new figure.
 
     Returns
     -------
@@ -103,28 +104,48 @@ def curves(
     kinds = [kind for kind in reach.kinds().index if kind not in NOWHERE]
     bars = reach.curves[reach.curves["acts_on"].isin(NOWHERE)]
     of_bars = max(1.0, (len(bars) * BAR + AROUND) / HEIGHT)
-    heights = [1.0] * len(kinds) + [of_bars] * (not bars.empty)
-    height = min(HEIGHT, HIGHEST / sum(heights))
-    layout = panels(len(heights), 1, axes, heights=heights, size=(PANEL[0], height))
+    projections = [_projection(_of_kind(reach.curves, kind), experiment) for kind in kinds]
+    projections += [None] * (not bars.empty)
+    heights = [IN_SPACE if projection else 1.0 for projection in projections]
+    heights[len(kinds) :] = [of_bars] * (not bars.empty)
+    size = PANEL[0], min(HEIGHT, HIGHEST / sum(heights))
+    layout = panels(len(heights), 1, axes, heights=heights, size=size, projection=projections)
     for panel, kind in zip(layout.axes.flat, kinds, strict=False):
-        curve = reach.curves[reach.curves["acts_on"] == kind]
-        best = reach.laws[reach.laws["acts_on"] == kind].iloc[0]
-        if curve["z"].notna().any():
-            _in_space(panel, curve, best, experiment)
-        elif kind == "region":
-            middle = pd.Series({**best, "x": (best["x"] + best["to_x"]) / 2})
-            _along(panel, _by_place(curve), middle, experiment)
-        elif curve["to_x"].notna().any():
-            _between(panel, curve, best)
-        else:
-            _along(panel, curve, best, experiment)
-            _shade(panel, curve, reach.as_good(kind))
-        panel.set_title(_title(reach, kind, best))
+        _draw_kind(panel, reach, kind, experiment)
     if not bars.empty:
         best = reach.laws[reach.laws["acts_on"].isin(NOWHERE)].iloc[0]
         _bars(layout.axes.flat[-1], bars, best)
         layout.axes.flat[-1].set_title(_title(reach, best["setting"], best))
     return layout.with_legend()
+
+
+def _of_kind(table: pd.DataFrame, kind: str) -> pd.DataFrame:
+    return table[table["acts_on"] == kind]
+
+
+def _projection(curve: pd.DataFrame, experiment: Experiment | None) -> str | None:
+    """Projection of the axes of a kind of port: none along a line and in a plane."""
+    return _view(curve, experiment).projection if curve["z"].notna().any() else None
+
+
+def _view(curve: pd.DataFrame, experiment: Experiment | None, panel: Axes | None = None) -> View:
+    return structure_plots.view(structure_plots.extent(experiment, curve), thin=thinness(panel))
+
+
+def _draw_kind(panel: Axes, reach: Reach, kind: str, experiment: Experiment | None) -> None:
+    """Draw what laws at the places of one kind of port could remove."""
+    curve, best = _of_kind(reach.curves, kind), _of_kind(reach.laws, kind).iloc[0]
+    if curve["z"].notna().any():
+        _in_space(panel, curve, best, experiment)
+    elif kind == "region":
+        middle = pd.Series({**best, "x": (best["x"] + best["to_x"]) / 2})
+        _along(panel, _by_place(curve), middle, experiment)
+    elif curve["to_x"].notna().any():
+        _between(panel, curve, best)
+    else:
+        _along(panel, curve, best, experiment)
+        _shade(panel, curve, reach.as_good(kind))
+    panel.set_title(_title(reach, kind, best))
 
 
 def _title(reach: Reach, subject: str, best: pd.Series) -> str:
@@ -166,7 +187,7 @@ def law(
     kind = str(reach.laws["acts_on"].iloc[0]) if acts_on is None else acts_on
     measured = _polar(reach.law_as_measured(kind))
     unit = str(measured["unit"].iloc[0])
-    of_kind = reach.laws[reach.laws["acts_on"] == kind]
+    of_kind = _of_kind(reach.laws, kind)
     laws = _likely(of_kind[of_kind["setting"] == of_kind["setting"].iloc[0]])
     lines = measured["frequency"].to_numpy()
     curves = [_values(row["law"], lines, unit) for _, row in laws.iterrows()]
@@ -312,7 +333,7 @@ def _in_space(
     panel: Axes, curve: pd.DataFrame, best: pd.Series, experiment: Experiment | None
 ) -> None:
     rows = curve.assign(size=100 * curve["few_numbers"])
-    view = structure_plots.view(structure_plots.extent(experiment, rows), thin=thinness(panel))
+    view = _view(rows, experiment, panel)
     if experiment is not None:
         structure_plots.draw_structure(panel, view, experiment)
     structure_plots.draw_scores(panel, view, rows, SHARE)

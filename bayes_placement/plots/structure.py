@@ -157,12 +157,14 @@ def _name_transducers(panel: Panel, view: View, transducers: Sequence[Transducer
     recorded = np.array([transducer.recorded for transducer in transducers])
     for numbers in near_each_other(recorded, float(np.max(view.high - view.low))):
         names = few([transducers[number].name for number in numbers])
-        place = view.project(recorded[numbers[0]])[:, 0]
+        places = view.project(recorded[numbers])
+        place = places[:, 0]
         style: Style = {"fontsize": "small", "va": "center", "zorder": 5}
         if view.projection:
             panel.text(*place, "\n".join(f"  {name}" for name in names), **style)
         else:
             side = side_of_names(view, [transducers[number] for number in numbers])
+            place = places[:, np.argmax(side * places[0])]  # the others' marks lie behind it
             beside = {"xytext": (_BESIDE * side, 0), "textcoords": "offset points"}
             style["ha"] = "left" if side > 0 else "right"
             panel.annotate("\n".join(names), place, **beside, **style)

@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 import bayes_placement as bp
 from bayes_placement.cli.app import app
 from bayes_placement.criticism.missing import _shared_fits
+from bayes_placement.plots import ledger as ledger_plots
 
 MODEL = """
 import jax
@@ -161,6 +162,23 @@ def test_a_run_of_the_same_question_takes_the_answer_that_is_there(hidden, tmp_p
         json.loads((out / "run.json").read_text())["improve"]["files"] for out in (first, second)
     ]
     assert sorted(files[0]) == sorted(files[1])
+
+
+def test_no_picture_that_failed_is_named_and_the_answer_is_kept_all_the_same(
+    hidden, tmp_path, monkeypatch
+):
+    def fails(*_, **__):
+        raise IndexError("too many indices")
+
+    folder, output = hidden
+    monkeypatch.setattr(ledger_plots, "suspicion", fails)
+    options = *COMMANDS["improve"], "--traceback", "--report"  # with a report all is drawn anew
+    done = again("improve", folder, "improve", tmp_path, *options)
+    assert done.exit_code == 0 and KEPT in done.output
+    assert "A figure was not drawn (IndexError: too many indices)" in done.output
+    assert "in fails\n" in done.output
+    assert "before_and_after.png" in done.output
+    assert "suspicion.png" in output["improve"] and "suspicion.png" not in done.output
 
 
 @pytest.mark.long

@@ -92,3 +92,15 @@ def test_files_are_those_of_an_earlier_run_unless_a_figure_was_lacking(tmp_path,
         assert (folder / "law.txt").read_text() == "mass\n"
         assert run.files == ["law.txt"]
     assert len(calls) == 1 + broken
+
+
+@pytest.mark.parametrize("is_asked_for", [False, True])
+def test_where_a_figure_failed_is_told_where_it_is_asked_for(tmp_path, capsys, is_asked_for):
+    output = _run.Output((tmp_path, tmp_path), traceback=is_asked_for)
+    run = output.begin("improve", Path(__file__))
+    write_two([], True, run)
+    run.finish(output.screen, "A mass is missing.", {})
+    told = capsys.readouterr().out
+    assert "A figure was not drawn (ValueError: no room for the label)" in told
+    assert ("with what --traceback tells." in told) != is_asked_for
+    assert ("in no_figure" in told) == is_asked_for

@@ -9,8 +9,11 @@ from bayes_placement.cli import _run
 from bayes_placement.cli._result_folder import ResultFolder
 from bayes_placement.cli._terminal import Screen
 from bayes_placement.criticism.findings.findings import Model, findings
+from bayes_placement.criticism.reach.reach import Reach
 from bayes_placement.io import netcdf
+from bayes_placement.laws import Spring
 from bayes_placement.plots import ledger as ledger_plots
+from bayes_placement.plots import reach as reach_plots
 from bayes_placement.plots import report as report_writer
 from bayes_placement.plots import structure as structure_plots
 from bayes_placement.plots.report import Report, write_report
@@ -99,6 +102,32 @@ def test_structures_and_maps_of_suspicion_are_drawn(shape, instruments):
     named = [label.split()[0] for label in drawn.get_legend_handles_labels()[1]]
     assert ("sensor" in named) == bool(made.sensor)
     assert ("actuator" in named) == bool(made.actuator)
+
+
+def reached(shape):
+    """What springs could do at three places, and a factor on a channel."""
+    table = scores(shape).query("kind == 'point_mass'").filter(["x", "y", "z"])
+    places = table.assign(acts_on="displacement", setting="along x")
+    channel = pd.DataFrame({"acts_on": ["channel"], "setting": "sensor s1, channel +x"})
+    rows = pd.concat([places, channel], ignore_index=True)
+    ends = dict.fromkeys(("to_x", "to_y", "to_z"), np.nan)
+    curves = rows.assign(**ends, any_law=0.9, few_numbers=[0.1, 0.8, 0.3, 0.2], log_evidence=-1.0)
+    laws = (
+        curves.iloc[[1, 3]].drop(columns="any_law").assign(probability=[0.9, 0.1], law=Spring(1e3))
+    )
+    return Reach(curves, laws, 5.0, {}, fails=True)
+
+
+@pytest.mark.parametrize("is_known", [True, False])
+@pytest.mark.parametrize("shape", BOXES)
+def test_what_laws_reach_is_drawn_on_every_structure(shape, is_known):
+    made, _ = experiment(shape, "FRFs")
+    figure = reach_plots.curves(reached(shape), experiment=made if is_known else None)
+    figure.draw_without_rendering()
+    drawn, of_channels, *_ = figure.axes
+    assert drawn.name == ("3d" if shape == "space" else "rectilinear")
+    assert of_channels.name == "rectilinear"
+    assert drawn.get_title().split()[:2] == ["displacement:", "spring"]
 
 
 @pytest.mark.parametrize(

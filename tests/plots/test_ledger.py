@@ -192,7 +192,7 @@ NOISES = [NoiseNeeded(0.3, 4.3, 0.0), NoiseNeeded(0.17, 2.5, 0.0)]
 @pytest.mark.parametrize(
     ("change", "shown", "quantity"),
     [
-        ({"noise_needed": NOISES}, [4.3, 2.5], "scatter"),
+        ({"noise_needed": NOISES}, [30.0, 17.0], "noise needed, of the amplitude [%]"),
         ({"chi2_when_exact": [400.0, 20.0]}, [400.0, 20.0], "without model error"),
     ],
 )
@@ -203,6 +203,19 @@ def test_the_error_that_falls_is_none_that_noise_or_model_error_take_up(change, 
     (panel,) = ledger_plots.error_falls(ledger(*steps)).axes
     np.testing.assert_allclose(panel.lines[0].get_ydata(), shown)
     assert quantity in panel.get_ylabel()
+
+
+def test_noise_that_is_needed_stands_above_the_scatter_of_neighbouring_lines():
+    steps = step(None, 1.0), step("point_mass", 1.0)
+    for over_scatter, count in ((2.5, 2), (np.nan, 1)):
+        noises = NOISES[0], replace(NOISES[1], over_scatter=over_scatter)
+        of_noises = [
+            replace(of, noise_needed=noise) for of, noise in zip(steps, noises, strict=True)
+        ]
+        (panel,) = drawn(ledger_plots.error_falls(ledger(*of_noises))).axes
+        assert len(panel.lines) == count
+        if count == 2:
+            np.testing.assert_allclose(line(panel, "scatter of neighbouring lines"), 17.0 / 2.5)
 
 
 @functools.cache
@@ -425,14 +438,23 @@ def test_responses_and_errors_are_those_of_each_fit():
             channel = dataset.isel(sensor=sensor, actuator=0)
             np.testing.assert_allclose(line(upper, name), 20 * channel["predicted"])
             np.testing.assert_array_equal(line(lower, f"error, {name}"), channel["error"])
-        noise = [curve.get_ydata() for curve in lower.lines if curve.get_label() == "noise"]
-        np.testing.assert_array_equal(noise[0], datasets["as given"]["noise"][sensor, 0])
+            np.testing.assert_array_equal(line(lower, f"noise, {name}"), channel["noise"])
+        assert len({curve.get_linestyle() for curve in lower.lines}) == len(datasets)
         assert not lower.get_title()  # it belongs to that above
         assert upper.get_title() == f"sensor s{sensor + 1}, actuator a1"
         measured = datasets["as given"]["measured"][sensor, 0]
         np.testing.assert_allclose(line(upper, "measured"), 20 * measured)
         assert upper.get_ylabel() == "magnitude\n[dB re 1 (m/s)/N]"
         assert lower.get_ylabel() == "size of error\n[(m/s)/N]"
+
+
+def test_one_noise_of_all_models_is_one_entry_of_the_legend():
+    shared = fit(1)["noise"]
+    figure = ledger_plots.before_and_after({n: f.assign(noise=shared) for n, f in fits().items()})
+    assert [label for label in labels(figure) if "noise" in label] == ["noise"]
+    noises = [curve for curve in figure.axes[1].lines if curve.get_label() == "noise"]
+    assert {curve.get_linestyle() for curve in noises} == {"-"}
+    np.testing.assert_array_equal(noises[0].get_ydata(), shared[0, 0])
 
 
 def test_marks_at_the_edge_tell_where_the_model_as_drawn_lies_outside():
@@ -495,12 +517,12 @@ def test_what_a_ledger_claims_comes_first_whatever_else_is_suspect():
     assert kinds[-1] == "gain_error"
 
 
-def many_kinds(table):
-    """Scores of 45 kinds, each about a part with a long name."""
+def many_kinds(table, count=45):
+    """Scores of many kinds, each about a part with a long name."""
     return pd.concat(
         [
             table.assign(kind=f"kind_{number}", setting=f"sensor s{number}+x, at the upper flange")
-            for number in range(45)
+            for number in range(count)
         ]
     )
 
@@ -520,7 +542,20 @@ def test_many_kinds_of_effects_are_no_higher_than_a_page(draw):
     figure = draw()
     figure.savefig(io.BytesIO())
     assert figure.get_figheight() <= 11.0
-    bars = next(axis for axis in reversed(figure.axes) if len(axis.get_yticklabels()) == 45)
+    assert_names_of_bars_stand_apart(figure, 45)
+
+
+@pytest.mark.parametrize("count", [9, 15])
+def test_names_of_some_kinds_stand_apart_below_wide_maps(count):
+    table = many_kinds(scores_in_space(), count)
+    table[["y", "z"]] *= 0.05
+    figure = ledger_plots.suspicion(ranking(table))
+    figure.savefig(io.BytesIO())
+    assert_names_of_bars_stand_apart(figure, count)
+
+
+def assert_names_of_bars_stand_apart(figure, count):
+    bars = next(axis for axis in reversed(figure.axes) if len(axis.get_yticklabels()) == count)
     names = sorted(bars.get_yticklabels(), key=lambda name: name.get_position()[1])
     extents = [name.get_window_extent() for name in names]
     assert all(low.y1 < high.y0 for low, high in itertools.pairwise(extents))

@@ -320,3 +320,15 @@ def test_a_thin_structure_is_drawn_in_axes_in_space_where_they_are_given():
     at |= {"actuators": [bp.Actuator("a1", at=(1.0, 0.0, 0.15))]}
     bp.plots.experiment(instruments(thin, **at), ax=panel)
     np.testing.assert_allclose(np.ravel(panel.lines[1].get_data_3d()), (0.2, 0.1, 0.0))
+
+
+@pytest.mark.parametrize(("direction", "last"), [(2, 0.53), (1, 0.5)])
+def test_names_of_instruments_near_each_other_stand_beside_the_last_of_them(direction, last):
+    modes = Linear(box=((0.0, 0.0, 0.0), (1.0, 0.6, 0.0)))
+    at = {"low": (0.5, 0.3, 0.0), "high": (0.53, 0.3, 0.0)}
+    placed = [bp.Sensor(name, at=place, directions=(direction,)) for name, place in at.items()]
+    driven = [bp.Actuator("a1", at=(0.1, 0.1, 0.0), directions=(3,))]
+    panel, view = Figure().add_subplot(), structure_plots.view(np.array(modes.bounds()))
+    structure_plots.draw_structure(panel, view, instruments(modes, placed, driven))
+    (names,) = (text for text in panel.texts if text.get_text() == "low\nhigh")
+    assert names.xy == pytest.approx((last, 0.3))

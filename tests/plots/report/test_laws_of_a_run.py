@@ -18,7 +18,7 @@ from bayes_placement.cli.improve import draw_where, write_reach
 from bayes_placement.plots.report import Report, write_report
 from bayes_placement.plots.report._saved import Saved
 from bayes_placement.plots.report._svg import as_file, svg_of
-from bayes_placement.plots.report.sections import laws
+from bayes_placement.plots.report.sections import laws, verdict
 from tests.browser import pages
 from tests.criticism.missing.test_claims_in_words import entry
 from tests.criticism.reach.cantilever import experiment, maxwell, measured
@@ -125,3 +125,15 @@ SIZES = """
 
 def test_a_drawing_as_a_file_names_its_language():
     assert as_file(svg_of(Figure())).startswith('<svg xmlns="http://www.w3.org/2000/svg"')
+
+
+def test_noise_that_is_needed_falls_to_the_scatter_of_neighbouring_lines():
+    step = {"added": None, "chi2_per_datum": 1.0, "chi2_per_datum_when_exact": None}
+    noises = [{"relative": 0.65, "over_scatter": 1.0}, {"relative": 0.017, "over_scatter": 1.25}]
+    item = verdict._falling([step | {"noise_needed": noise} for noise in noises])
+    assert item.caption == (
+        "The noise that the best fit needs falls from 65 % to 1.7 %; "
+        "1.36 % is the scatter of neighbouring lines."
+    )
+    unknown = step | {"noise_needed": {"relative": 0.017, "over_scatter": None}}
+    assert verdict._falling([unknown]).caption == "The noise that the best fit needs is 1.7 %."

@@ -8,7 +8,7 @@ import numpy as np
 from ...._shared.files import Json
 from ....inference.units import readable
 from ..._colours import AFTER, FLOOR, Style
-from ..._fit_panels import draw_falling, told_misfit
+from ..._fit_panels import Falling, draw_falling, told_misfit
 from .._saved import Saved
 from .._style import decade_labels, drawing, legend, panels
 from ..content import Cell, Item, Table, Text, rounded
@@ -225,27 +225,33 @@ def error(saved: Saved) -> Iterator[Item]:
 
 def _falling(steps: list[Json]) -> Item:
     names = ["as given", *(f"+ {step['added']}" for step in steps[1:])]
-    misfit, quantity = _falling_misfit(steps)
+    misfit = _falling_misfit(steps)
     figure, axes = panels(1, 1, 2.6)
     panel = axes[0, 0]
     draw_falling(panel, names, misfit, FLOOR, top=3.0, beside=0.4)
-    panel.set_ylabel(quantity.replace(" without", "\nwithout").replace(" over", "\nover"))
+    panel.set_ylabel(misfit.quantity.replace(" without", "\nwithout").replace(", of", ",\nof"))
     decade_labels(panel)
     legend(figure, axes)
-    rows = tuple(zip(names, misfit, strict=True))
-    data = Table(("model", quantity), rows)
-    caption = (
-        f"The misfit falls from {misfit[0]:.4g} to {misfit[-1]:.4g}; 1 is the level of the noise."
-        if len(misfit) > 1
-        else f"The misfit of the model as given is {misfit[0]:.4g}; 1 is the level of the noise."
-    )
-    return Item(ERROR, "The error falls", drawing(figure, data), caption, ("error",))
+    rows = tuple(zip(names, misfit.values, strict=True))
+    data = Table(("model", misfit.quantity), rows)
+    return Item(ERROR, "The error falls", drawing(figure, data), _falls(misfit), ("error",))
 
 
-def _falling_misfit(steps: list[Json]) -> tuple[list[float], str]:
-    """Misfit of each step that no error takes up, and what it is."""
+def _falls(misfit: Falling) -> str:
+    """Say how far the misfit falls, and that of the noise alone."""
+    unit = " %" if misfit.quantity.endswith("[%]") else ""
+    *values, floor = (f"{value:.4g}{unit}" for value in (*misfit.values, misfit.floor))
+    ends = f"falls from {values[0]} to {values[-1]}"
+    said = ends if len(values) > 1 else f"is {values[0]}"
+    beside = f"; {floor} is the {misfit.floor_label}" if np.isfinite(misfit.floor) else ""
+    return f"The {misfit.label} {said}{beside}."
+
+
+def _falling_misfit(steps: list[Json]) -> Falling:
+    """Misfit of each step that no error takes up."""
     needed = [step["noise_needed"] or {} for step in steps]
     return told_misfit(
+        _numbers([noise.get("relative") for noise in needed]),
         _numbers([noise.get("over_scatter") for noise in needed]),
         _numbers([step["chi2_per_datum_when_exact"] for step in steps]),
         _numbers([step["chi2_per_datum"] for step in steps]),
