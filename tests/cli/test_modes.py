@@ -52,6 +52,15 @@ def test_a_file_of_modes_is_shown(modes, tmp_path):
     assert (tmp_path / "modes.csv").is_file()
 
 
+def test_a_model_is_shown_with_the_modes_that_are_given(modes, tmp_path):
+    done = run("show", written(tmp_path, MODEL), "--data", modes, "--out", tmp_path / "out")
+    assert done.exit_code == 0, (done.output, done.exception)
+    frequency = bp.io.modal_parameters.read(modes).natural_frequency
+    assert done.stdout.startswith(
+        f"Experiment: 4 modes from {frequency[0]:g} to {frequency[-1]:g} Hz, shapes at 4 sensor"
+    )
+
+
 def test_places_are_not_compared_by_modes(modes, tmp_path):
     done = run("place", written(tmp_path, MODEL), "--data", modes, "--out", tmp_path / "out")
     assert done.exit_code == 2
