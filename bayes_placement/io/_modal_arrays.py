@@ -94,9 +94,9 @@ def _beside(name: str, array: np.ndarray, order: np.ndarray) -> np.ndarray:
 
 def _labels(stated: np.ndarray | None, count: int) -> dict[int, str]:
     """Labels of the rows of shapes by number, which are numbers where the file names none."""
-    is_stated = stated is not None and stated.dtype.kind in TEXTS and count
-    labels = np.ravel(stated) if is_stated else range(1, count + 1)
-    return {row: str(label) for row, label in enumerate(labels, start=1)}
+    if stated is None or stated.dtype.kind not in TEXTS or not count:
+        stated = np.arange(1, count + 1)
+    return {row: str(label) for row, label in enumerate(stated.ravel(), start=1)}
 
 
 def _tell_unread(path: Path, names: Sequence[str]) -> None:
