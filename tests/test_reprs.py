@@ -206,7 +206,7 @@ LINES = {
     "DataChecks: phase: 1 faults": DataChecks(
         {"phase": [Fault("s1", "a1", 1.0, 0.5, "It is wrong.")], "overload": []}
     ),
-    "DataChecks: The data pass their checks: overload.": DataChecks({"overload": []}),
+    "DataChecks: No fault was found in the data (checked: overload).": DataChecks({"overload": []}),
 }
 
 

@@ -29,6 +29,12 @@ BETWEEN_LINES = 10.0
 LEAST_SHARE = 0.02
 """Share done below which no time left is stated: most of what was spent is compilation."""
 
+LONG = 600.0
+"""Time left [s] from which on advice on a shorter task is given."""
+
+LATE_SHARE = 0.5
+"""Share done from which on a shorter task would hardly save time."""
+
 
 def no_progress(share: float) -> None:
     """Report nothing."""
@@ -79,6 +85,21 @@ def shown(progress: Progress | None, task: str) -> Iterator[Progress]:
             yield begin(task)
     else:
         yield no_progress
+
+
+def with_advice(progress: Progress, advise: Callable[[], None]) -> Progress:
+    """Report, and advise once where much time is left in the first half of the work."""
+    began, advised = time.monotonic(), False
+
+    def report(share: float) -> None:
+        nonlocal advised
+        progress(share)
+        if not advised and LEAST_SHARE <= share < LATE_SHARE:
+            advised = _seconds_left(time.monotonic() - began, share) > LONG
+            if advised:
+                advise()
+
+    return report
 
 
 class _Tasks:
@@ -148,7 +169,11 @@ def _time_left(seconds: float, share: float) -> str:
     """Say how much time is left, where enough is done to estimate it."""
     if share < LEAST_SHARE:
         return ""
-    return f", about {_duration(seconds * (1 - share) / share)} left"
+    return f", about {_duration(_seconds_left(seconds, share))} left"
+
+
+def _seconds_left(seconds: float, share: float) -> float:
+    return seconds * (1 - share) / share
 
 
 class _TimeLeft(TimeRemainingColumn):

@@ -117,16 +117,18 @@ def read_study(path: Path) -> model.Study:
 
 
 def read_both(path: Path, data: Path | None, command: str) -> tuple[model.Study, Measurements]:
-    """Read a study, whose experiment observes what was measured, and the measurement.
-
-    Where modal parameters were measured, an experiment of FRFs becomes one of modes.
-    """
+    """Read a study, whose experiment observes what was measured, and the measurement."""
     study = read_study(path)
     measurement = measured(study, data, path, command)
     declared = study.experiment.observe.is_modal and data is None
-    if isinstance(measurement, ModalParameters) and not declared:
-        study = study._replace(experiment=observing_modes(study.experiment, measurement))
-    return study, measurement
+    return study if declared else observing(study, measurement), measurement
+
+
+def observing(study: model.Study, measurement: Measurements) -> model.Study:
+    """Let the experiment of a study observe a measurement: one of FRFs may become one of modes."""
+    if not isinstance(measurement, ModalParameters):
+        return study
+    return study._replace(experiment=observing_modes(study.experiment, measurement))
 
 
 def read_measurement(path: Path) -> Measurements:

@@ -7,6 +7,7 @@ from typing import TypeVar
 
 from .._shared.errors import UsageError
 from .._shared.executors import workers
+from .._shared.progress import with_advice
 from ..effects import EFFECTS, Library, library
 from ..effects.library import classes_named, nearest_name, unknown_effect
 from ..experiment.experiment import Experiment, Measurements
@@ -19,6 +20,9 @@ from ._save import CompletedModel
 from ._terminal import command_on
 
 Result = TypeVar("Result")
+
+FEWER_LINES = 150
+"""Lines that are advised where a search takes long."""
 
 
 @dataclass(frozen=True)
@@ -131,11 +135,25 @@ class Request:
                 measured,
                 candidates=effects,
                 executor=executor,
-                progress=begin(command),
+                progress=with_advice(begin(command), lambda: self._advise(inputs)),
                 **settings,
             )
         answer.write(found)
         return found
+
+    def _advise(self, inputs: Inputs) -> None:
+        """Say how a search that takes long is made shorter."""
+        experiment = inputs.experiment
+        has_many = not experiment.observe.is_modal and experiment.frequency.size > FEWER_LINES
+        options = [f"--lines {FEWER_LINES} (fewer lines)"] * has_many
+        if self.kinds is None:
+            options += [
+                "--effects listed (no networks)",
+                "--effects point_mass,gain_error (those that you suspect)",
+            ]
+        if options:
+            again = "To shorten it, stop it and run it again with"
+            inputs.screen.step(f"This may take long. {again} {' or '.join(options)}.")
 
     def command(self, name: str) -> str:
         """Return another command on the same model, data and, of `improve`, candidates."""

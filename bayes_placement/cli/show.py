@@ -20,7 +20,7 @@ from ..io._modal_arrays import holds_modal_parameters
 from ..plots import measurement as measurement_plots
 from ..plots import structure as structure_plots
 from ..positions.bounds import position_text
-from ._inputs import print_data_faults, read_measurement, read_study
+from ._inputs import observing, print_data_faults, read_measurement, read_study
 from ._run import Drawing, Output, Run
 from ._terminal import Screen
 
@@ -42,7 +42,8 @@ def _show_model(path: Path, data: Path | None, output: Output) -> int:
     with files_read() as files:
         study = read_study(path)
         if data is not None:
-            study = study._replace(measurement=read_measurement(data))
+            measurement = read_measurement(data)
+            study = observing(study, measurement)._replace(measurement=measurement)
     run = output.begin("show", path, files=files)
     experiment = study.experiment
     screen.text(f"{experiment}\n")

@@ -12,6 +12,7 @@ from jaxtyping import Bool, Float
 from scipy.special import ndtr
 
 from .._shared.reprs import with_short_repr
+from ..inference.units import percent
 
 FEWEST = 16.0
 """Fewest effective data for which the scatter of neighbouring lines is compared."""
@@ -49,11 +50,7 @@ class NoiseNeeded:
 
     def __str__(self) -> str:
         """Say how much it is."""
-        amount = (
-            f"{100 * self.relative:.2g} % of the amplitude"
-            if self.relative < 0.2
-            else f"a factor of {1 + self.relative:.2g} in amplitude"
-        )
+        amount = f"{percent(self.relative)} of the amplitude"
         times = [
             f"{value:.2g} times {what}"
             for value, what in (

@@ -52,8 +52,9 @@ class OnPart(Hinged):
         return dict(original_nodal_modes(modes).centres).get(self._name(modes))
 
     def setting(self, modes: Modes, instruments: Instruments) -> str:
-        """Name of the part."""
-        return f"{self.part} {self._name(modes)}"
+        """Name of the part, and what it is where its name does not say so."""
+        name = self._name(modes)
+        return name if name.startswith(self.part) else f"{self.part} {name}"
 
     def _name(self, modes: Modes) -> str:
         given = getattr(self, self.part)

@@ -216,8 +216,8 @@ def observing_modes(experiment: Experiment, measured: ModalParameters) -> Experi
         raise InputError(
             f"Modal parameters have shapes at {', '.join(names)}, but the sensors of the model are "
             f"{', '.join(experiment.sensor) or 'none'}; one name at least must be the same, since "
-            'places belong to names. Rename a channel: "shape s1" in a table, or '
-            'names={11: "s1"} for a node of a universal file.'
+            'places belong to names. Rename a channel: "shape s1" in a table, an array sensors in '
+            'a file of arrays, or names={11: "s1"} for a node or a row of shapes.'
         )
     for effect in experiment.effects:
         if not effect.changes_modes:

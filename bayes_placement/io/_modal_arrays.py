@@ -1,16 +1,19 @@
 """Modal parameters among the arrays of a file (MATLAB, NumPy, HDF5), by the names of the arrays."""
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
-from .._shared.errors import InputError
+from .._shared.errors import InputError, warn
 from ..experiment.modal_parameters import ModalParameters
 from ..positions.channel import Channel
 from . import _contents as content
 from . import arrays
+from ._gate import FileWarning
+from .arrays.named_arrays import TEXTS
 from .mapped._toml_fields import TomlTable, is_text, load
 from .uff import modes as measured_modes
 
@@ -23,8 +26,12 @@ NAMES = {
 """What the names of arrays look like, in lower case and without the word of a deviation."""
 
 FREQUENCY, DAMPING, SHAPE = NAMES
-WRITTEN = (*NAMES, "covariance", "correlation", "sensors", "number")
-"""Names of the arrays of a file that holds all of modal parameters."""
+SENSORS = "sensors"
+BESIDE = {"covariance": 3, "correlation": 2, "number": 1}
+"""Further arguments of `ModalParameters` that are read under their names, with their axes."""
+
+MOST_NAMES = 5
+"""Most arrays that are named where they are not read."""
 
 
 def holds_modes(path: Path) -> bool:
@@ -42,8 +49,6 @@ def load_arrays(path: Path, names: dict[int, str]) -> measured_modes.Arguments:
     Shapes are (channel, mode): columns are modes.
     """
     known = arrays.load(path).arrays
-    if {*WRITTEN} <= known.keys():
-        return _as_written(known, names)
     roles = _roles(known)
     if FREQUENCY not in roles:
         raise InputError(
@@ -58,15 +63,50 @@ def load_arrays(path: Path, names: dict[int, str]) -> measured_modes.Arguments:
         shape = np.reshape(shape, (-1, frequency.size))
     _check_sizes(roles, frequency.size, {**values, SHAPE: shape})
     order = np.argsort(frequency)
-    count = 0 if shape is None else len(shape)
     names_wanted = (role + suffix for role in NAMES for suffix in ("", "_deviation"))
     arguments: measured_modes.Arguments = {
         name: np.atleast_1d(values[name])[..., order] if name in values else None
         for name in names_wanted
     }
-    arguments[SHAPE] = None if shape is None else shape[:, order]
-    labels = (names.get(number, str(number)) for number in range(1, count + 1))
-    return {**arguments, "sensors": tuple(map(Channel.parse, labels))}
+    count = 0 if shape is None else len(shape)
+    arguments[SHAPE] = shape[:, order] if shape is not None and count else None
+    named = {name.rpartition(".")[2].lower(): name for name in known}
+    labels = _labels(known.get(named.get(SENSORS, "")), count)
+    beside = {name: known[named[name]] for name in BESIDE if name in named}
+    read = {*roles.values(), *(named.get(name) for name in (*BESIDE, SENSORS))}
+    _tell_unread(path, [name for name in known if name not in read])
+    return {
+        **arguments,
+        **{name: _beside(name, array, order) for name, array in beside.items() if array.size},
+        SENSORS: tuple(Channel.parse(names.get(row, label)) for row, label in labels.items()),
+    }
+
+
+def _beside(name: str, array: np.ndarray, order: np.ndarray) -> np.ndarray:
+    """Array of a further argument in the order of frequency; of another size to be refused."""
+    lacking = range(BESIDE[name] - array.ndim)  # MATLAB files do not keep the axis of one mode
+    whole = np.expand_dims(array, tuple(lacking))
+    axes = 2 if name == "correlation" else 1
+    if whole.shape[:axes] != (len(order),) * axes:
+        return whole
+    return whole[np.ix_(*[order] * axes)]
+
+
+def _labels(stated: np.ndarray | None, count: int) -> dict[int, str]:
+    """Labels of the rows of shapes by number, which are numbers where the file names none."""
+    if stated is None or stated.dtype.kind not in TEXTS or not count:
+        stated = np.arange(1, count + 1)
+    return {row: str(label) for row, label in enumerate(stated.ravel(), start=1)}
+
+
+def _tell_unread(path: Path, names: Sequence[str]) -> None:
+    if names:
+        further = ", ..." if len(names) > MOST_NAMES else ""
+        warn(
+            f"{path}: not read: {', '.join(names[:MOST_NAMES])}{further}, since no modal "
+            "parameters have such names: bp.io.modal_parameters.read lists those that are read.",
+            FileWarning,
+        )
 
 
 def arrays_of(modes: ModalParameters) -> dict[str, Any]:
@@ -78,20 +118,8 @@ def arrays_of(modes: ModalParameters) -> dict[str, Any]:
         SHAPE: modes.shape,
         "covariance": modes.covariance,
         "correlation": modes.correlation,
-        "sensors": np.array([channel.label for channel in modes.sensors], dtype=str),
+        SENSORS: np.array([channel.label for channel in modes.sensors], dtype=str),
         "number": np.array(number, dtype=int),
-    }
-
-
-def _as_written(known: dict[str, np.ndarray], names: dict[int, str]) -> measured_modes.Arguments:
-    """Arguments of `ModalParameters` of what `arrays_of` returned."""
-    labels = [names.get(row, str(label)) for row, label in enumerate(known["sensors"], start=1)]
-    return {
-        **{role: known[role] for role in WRITTEN},
-        **{f"{role}_deviation": None for role in NAMES},
-        SHAPE: known[SHAPE] if labels else None,
-        "sensors": tuple(map(Channel.parse, labels)),
-        "number": known["number"] if known["number"].size else None,
     }
 
 

@@ -52,8 +52,14 @@ def read(
     Files of arrays (MATLAB, NumPy, HDF5) hold natural frequencies [Hz], damping ratios [1] and
     shapes (channel, mode) under names such as `natural_frequency`, `freqExp` or `fn`;
     `damping_ratio`, `dampExp`, `zeta` or `xi`; `shape`, `psiExp` or `phi`; deviations end in `_std`
-    or `_deviation`. Channels are numbered from 1, or named by `names`. Those of `write` hold
-    covariances and names of channels too.
+    or `_deviation`. A file may hold these as well, under the names of the arguments of
+    `ModalParameters`; of an array that is not read it is warned:
+
+    - `covariance` (mode, 2 + channels, 2 + channels), in the place of deviations: rows and columns
+      are natural frequency, damping ratio and the channels of the shape;
+    - `correlation` (mode, mode) of natural frequencies, and `number` (mode);
+    - `sensors` (channel), texts such as `s1+x`; else channels are numbered from 1, or named by
+      `names`.
 
     What a file does not say, a mapping may (TOML), which is then read in its place:
 

@@ -401,8 +401,8 @@ def test_commands_say_which_lines_they_take_and_what_the_data_checks_say(hidden)
     for output in hidden[1].values():
         assert "Lines: all 20 of the experiment, from 100 to 670 Hz." in output
         assert (
-            "- The data pass their checks: repeated records, overload, mistaken records, natural "
-            "frequencies, units, phase." in output
+            "- No fault was found in the data (checked: repeated records, overload, mistaken "
+            "records, natural frequencies, units, phase)." in output
         )
 
 

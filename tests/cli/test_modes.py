@@ -1,12 +1,15 @@
 """Modal parameters on the command line, beside a model of FRFs."""
 
 import json
+import re
 import shlex
 
 import numpy as np
 import pytest
 
 import bayes_placement as bp
+from bayes_placement._shared import progress as shown_progress
+from bayes_placement.cli._inputs import Inputs
 from bayes_placement.cli._missing_effects import Request
 from bayes_placement.cli._result_folder import ResultFolder
 from bayes_placement.cli._run import Output
@@ -52,6 +55,15 @@ def test_a_file_of_modes_is_shown(modes, tmp_path):
     assert (tmp_path / "modes.csv").is_file()
 
 
+def test_a_model_is_shown_with_the_modes_that_are_given(modes, tmp_path):
+    done = run("show", written(tmp_path, MODEL), "--data", modes, "--out", tmp_path / "out")
+    assert done.exit_code == 0, (done.output, done.exception)
+    frequency = bp.io.modal_parameters.read(modes).natural_frequency
+    assert done.stdout.startswith(
+        f"Experiment: 4 modes from {frequency[0]:g} to {frequency[-1]:g} Hz, shapes at 4 sensor"
+    )
+
+
 def test_places_are_not_compared_by_modes(modes, tmp_path):
     done = run("place", written(tmp_path, MODEL), "--data", modes, "--out", tmp_path / "out")
     assert done.exit_code == 2
@@ -68,6 +80,53 @@ def test_the_baseline_of_a_study_counts_where_it_is_of_modes(modes, tmp_path, de
     study = Study(experiment, before, None, {}, baseline=baseline)
     asked = Request(modes, None, None, Output(ResultFolder(tmp_path, tmp_path)), None)
     assert asked.earlier(study) is (before if counts else None)
+
+
+@pytest.mark.parametrize(
+    ("lines", "kinds", "words"),
+    [
+        (151, None, "--lines 150 .* or --effects listed .* or --effects point_mass,gain_error"),
+        (151, ["point_mass"], r"--lines 150 \(fewer lines\)\."),
+        (150, None, "with --effects listed"),
+        (None, None, "with --effects listed"),
+        (150, ["point_mass"], None),
+    ],
+)
+def test_a_search_that_takes_long_says_early_how_to_shorten_it(
+    modes, tmp_path, capsys, monkeypatch, lines, kinds, words
+):
+    known = bp.io.modal_parameters.read(modes)
+    of_modes = modal_bars.experiment(known, PLACES)
+    experiment = of_modes if lines is None else bar_of_frfs(lines)
+    now = [0.0]
+    monkeypatch.setattr(shown_progress.time, "monotonic", lambda: now[-1])
+
+    def searches(*_, progress, **__):
+        now.append(60.0)
+        progress(0.05)
+
+    output = Output(ResultFolder(tmp_path, tmp_path))
+    run = output.begin("improve", tmp_path)
+    inputs = Inputs(output.screen, run, Study(experiment, known, None, {}), known, [])
+    request = Request(tmp_path, None, kinds, output, None)
+    request.searched("improve", searches, inputs, known)
+    said = capsys.readouterr().err
+    if words is None:
+        assert "take long" not in said
+    else:
+        assert re.search(f"This may take long. To shorten it, .*{words}", said)
+
+
+def bar_of_frfs(lines):
+    bar = bp.beams.bar(3, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0)
+    return bp.Experiment(
+        bp.Structure(bar, damping=bp.damping.Modal(0.02)),
+        sensors=[bp.Sensor("s1", at=0.2)],
+        actuators=[bp.Actuator("a1", at=0.3)],
+        frequency=np.linspace(100.0, 300.0, lines),
+        observe=bp.observe.Complex("velocity"),
+        noise=bp.noise.Gaussian(1e-3),
+    )
 
 
 @pytest.mark.long

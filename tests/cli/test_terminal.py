@@ -173,6 +173,25 @@ def test_no_time_left_is_told_before_enough_is_done(console, terminal, monkeypat
     assert third.startswith("map: 10 %, about") and third.endswith("left")
 
 
+@pytest.mark.parametrize(
+    ("reports", "times"),
+    [
+        ([(10, 0.01), (20, 0.02), (30, 0.03)], 1),  # 16 min are left at 2 and 3 %
+        ([(10, 0.02), (20, 0.04), (300, 0.3)], 1),  # 12 min are left at 30 %
+        ([(10, 0.02), (20, 0.04), (3000, 0.6)], 0),  # 33 min, of which few would be saved
+        ([(10, 0.01), (20, 0.1)], 0),
+    ],
+)
+def test_advice_is_given_once_where_much_time_is_left(monkeypatch, reports, times):
+    clock, shares, advice = iter([0, *(time for time, _ in reports)]), [], []
+    monkeypatch.setattr(shown_progress.time, "monotonic", lambda: float(next(clock, 0)))
+    report = shown_progress.with_advice(shares.append, lambda: advice.append("shorter"))
+    for _, share in reports:
+        report(share)
+    assert shares == [share for _, share in reports]
+    assert len(advice) == times
+
+
 def test_a_bar_never_runs_backwards(terminal):
     with shown_progress.progress_bars(terminal, ["map"]) as begin:
         report = begin("map")

@@ -55,8 +55,8 @@ def test_sizes_are_shares_of_the_amplitude():
     assert relative_size(np.full(5, np.log10(1.4)), np.zeros(5), None) == pytest.approx(0.4)
     words = str(NoiseNeeded(0.4, 2.5, 0.0, 3.8))
     assert words == (
-        "a factor of 1.4 in amplitude, 3.8 times what the coherence says and 2.5 times the scatter "
-        "of neighbouring lines"
+        "40 % of the amplitude, 3.8 times what the coherence says and 2.5 times the scatter of "
+        "neighbouring lines"
     )
 
 

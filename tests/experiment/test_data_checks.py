@@ -48,7 +48,8 @@ def test_good_data_pass_all_checks(quantity, coherence):
                 data = dataclasses.replace(data, coherence=None, averages=None)
             checks = experiment.check_data(data)
             assert checks.passed, checks
-            assert checks.words() == [f"The data pass their checks: {', '.join(checks.faults)}."]
+            found = f"No fault was found in the data (checked: {', '.join(checks.faults)})."
+            assert checks.words() == [found]
 
 
 def test_the_two_simulated_experiments_allow_every_check():
@@ -372,6 +373,6 @@ def test_modes_of_one_natural_frequency_are_a_fault_where_modes_are_observed():
     assert not checks.passed
     assert "Modes 2 and 3 of the model are both at 70 Hz" in checks.sentences()[0]
     assert checked(Linear(), [40.0, 70.0]).words() == [
-        "The data pass their checks: repeated modes."
+        "No fault was found in the data (checked: repeated modes)."
     ]
     assert checked(Alike(), [20.0, 40.0]).passed  # they lie above what was measured

@@ -7,6 +7,7 @@ import scipy.io
 
 import bayes_placement as bp
 from bayes_placement._shared.errors import InputError
+from bayes_placement.io._gate import FileWarning
 from bayes_placement.io._modal_arrays import holds_modal_parameters
 from tests.io.uff.hand_typed import typed
 from tests.io.uff.test_modes import HAND_TYPED
@@ -292,7 +293,7 @@ def test_arrays_that_are_named_as_modal_parameters_are(tmp_path, names, ending):
     content = dict(
         zip(names, (FREQUENCY[order], np.array([0.02, 0.01]), SHAPE[:, order]), strict=True)
     )
-    content |= {f"{names[0]}_std": np.array([0.2, 0.1]), "x": np.arange(3.0)}
+    content |= {f"{names[0]}_std": np.array([0.2, 0.1])}
     write = scipy.io.savemat if ending == ".mat" else lambda file, of: np.savez(file, **of)
     write(path, content)
     assert holds_modal_parameters(path)
@@ -326,6 +327,60 @@ def test_arrays_keep_covariances(tmp_path):
         for name in ("values", "covariance", "correlation"):
             np.testing.assert_array_equal(getattr(read, name), getattr(modes, name))
         assert (read.sensors, read.number) == (modes.sensors, modes.number)
+
+
+def with_covariance(modes):
+    root = np.random.default_rng(1).normal(size=(modes, 5, 5))
+    return bp.ModalParameters(
+        FREQUENCY[:modes],
+        damping_ratio=[0.01, 0.02][:modes],
+        shape=SHAPE[:, :modes],
+        sensors=["s1", "s2+x", "s3-z"],
+        covariance=(root @ root.swapaxes(1, 2) + np.eye(5)) * 1e-4,
+    )
+
+
+@pytest.mark.parametrize("modes", [1, 2])
+@pytest.mark.parametrize("ending", [".mat", ".npz"])
+def test_a_covariance_that_anybody_saves_is_read_in_the_order_of_frequency(tmp_path, ending, modes):
+    saved, path, order = with_covariance(modes), tmp_path / f"modes{ending}", np.arange(modes)[::-1]
+    content = {"fn": saved.natural_frequency[order], "phi": saved.shape[:, order]}
+    content |= {"zeta": saved.damping_ratio[order], "covariance": saved.covariance[order]}
+    content["sensors"] = np.array([each.label for each in saved.sensors], dtype=object)
+    if ending == ".mat":
+        scipy.io.savemat(path, {"modes": content | {"number": [1, 3][:modes][::-1]}})
+    else:
+        np.savez(path, **content | {"sensors": content["sensors"].astype(str)})
+    read = bp.io.modal_parameters.read(path)
+    for name in ("values", "covariance", "sensors"):
+        np.testing.assert_array_equal(getattr(read, name), getattr(saved, name))
+    assert read.number == ((1, 3)[:modes] if ending == ".mat" else None)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (lambda known: {"covariance": known[:, :4, :4]}, r"\(2, 4, 4\);.*= \(2, 5, 5\) is needed"),
+        (lambda known: {"covariance": known[:1]}, r"\(1, 5, 5\);.*= \(2, 5, 5\) is needed"),
+        (lambda known: {"covariance": -known}, "no positive standard deviation"),
+        (lambda known: {"covariance": np.triu(known)}, "not symmetric and positive definite"),
+        (lambda known: {"correlation": np.eye(3)}, r"\(mode, mode\) = \(2, 2\)"),
+        (lambda known: {"number": np.arange(1, 4)}, "2 whole numbers from 1 on are needed"),
+    ],
+)
+def test_a_wrong_covariance_of_a_file_is_refused_in_a_sentence(tmp_path, changes, words):
+    saved, path = with_covariance(2), tmp_path / "modes.npz"
+    content = {"fn": FREQUENCY, "zeta": saved.damping_ratio, "phi": SHAPE}
+    np.savez(path, **content | {"covariance": saved.covariance} | changes(saved.covariance))
+    with pytest.raises(InputError, match=rf"modes\.npz: .*{words}"):
+        bp.io.modal_parameters.read(path)
+
+
+def test_arrays_that_are_not_read_are_told(tmp_path):
+    path = tmp_path / "modes.npz"
+    np.savez(path, fn=FREQUENCY, temperature=20.0, covariances=np.eye(2))
+    with pytest.warns(FileWarning, match=r"modes\.npz: not read: temperature, covariances, since"):
+        bp.io.modal_parameters.read(path, frequency_deviation=0.01)
 
 
 def test_arrays_that_are_no_modal_parameters_are_refused(tmp_path):

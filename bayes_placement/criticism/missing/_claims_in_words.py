@@ -11,7 +11,7 @@ from ...laws.catalogue import WORDS
 from ...laws.elements import typed
 from ...laws.law import Element, Group, Law, Scaled
 from ...laws.symbols import Number, numbers
-from ._parameter_estimate import ParameterEstimate
+from ._parameter_estimate import ParameterEstimate, spoken
 
 Entry = Json
 """An entry of `effects` in a file; see `_claims.py`."""
@@ -56,7 +56,8 @@ def where_in_words(entry: Entry) -> str:
     """Say on what an effect acts, and its places with 95 % intervals."""
     pairs = zip(entry["place_m"], entry["place_95_m"], strict=True)
     places = " to ".join(_place(*pair) for pair in pairs)
-    words = [entry["acts_on"].replace("_", " "), entry["on"], places and f"at {places}"]
+    kind, on = entry["acts_on"].replace("_", " "), entry["on"]
+    words = ["" if on.startswith(kind) else kind, on, places and f"at {places}"]
     return " ".join(filter(None, words))
 
 
@@ -116,7 +117,7 @@ def numbers_of(entry: Entry) -> list[Numbered]:
     }
     if law is None:
         return [
-            Numbered(word, entry["kind"], each.field, each.with_interval(), each)
+            Numbered(spoken(word), entry["kind"], each.field, each.with_interval(), each)
             for word, each in known.items()
         ]
     return [

@@ -10,6 +10,9 @@ from ...inference.units import ReadableUnit, readable
 AT = " at "
 """Stands in a word before the channels that a number is of."""
 
+AXES = {"1": "x", "2": "y", "3": "z"}
+"""Axes in space by the number of a component."""
+
 
 class ParameterEstimate(NamedTuple):
     """What is known of one unknown, of the posterior and in its unit.
@@ -84,6 +87,12 @@ class ParameterEstimate(NamedTuple):
         mean, deviation = float(stated["mean"]), float(stated["standard_deviation"])
         names = stated["unit"], stated["effect"], stated["word"], stated["field"]
         return cls(mean, deviation, low, high, *names, *inner)
+
+
+def spoken(word: str) -> str:
+    """Write the name of a component of a vector as people say it: extent along x for extent.1."""
+    field, _, number = word.rpartition(".")
+    return f"{field} along {AXES[number]}" if field and number in AXES else word
 
 
 def number_or_none(value: float) -> float | None:

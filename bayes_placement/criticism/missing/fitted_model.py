@@ -21,7 +21,7 @@ from . import _beyond_in_words
 from ._estimates import errors, estimates, sizes
 from ._held_out import held_out
 from ._hypotheses import Hypothesis, takes_long
-from ._parameter_estimate import ParameterEstimate, number_or_none
+from ._parameter_estimate import ParameterEstimate, number_or_none, spoken
 from ._posterior_odds import STRONG, Comparison, p_value
 from ._unknown_noise import noise_needed
 
@@ -117,7 +117,7 @@ class FittedModel:
         """Say which sensor or part one of its effects is about, and the parameters of that."""
         setting, remark = self.about.get(name, ("", ""))
         parameters = self.estimates_of(name).values()
-        words = [f"{each.word} {each.with_interval()}" for each in parameters]
+        words = [f"{spoken(each.word)} {each.with_interval()}" for each in parameters]
         return ", ".join(filter(None, [setting, *words, remark]))
 
     def parameters_of_added(self) -> dict[str, ParameterEstimate]:
@@ -316,8 +316,13 @@ def _named_sizes(kind: str, sizes: Mapping[str, str]) -> list[str]:
     """Name each size, unless the kind does so: `0.4 kg` of a point_mass."""
     if len(sizes) == 1 and kind.endswith(next(iter(sizes))):
         return list(sizes.values())
-    names = (word.rpartition(".")[2].replace("_", " ") for word in sizes)
-    return [f"{name} {size}" for name, size in zip(names, sizes.values(), strict=True)]
+    names = [spoken(word).rpartition(".")[2].replace("_", " ") for word in sizes]
+    fields = [name.partition("along ")[0] for name in names]
+    told = [
+        (field in fields[:place] and name.removeprefix(field)) or name
+        for place, (field, name) in enumerate(zip(fields, names, strict=True))
+    ]
+    return [f"{name} {size}" for name, size in zip(told, sizes.values(), strict=True)]
 
 
 def number_or_blank(value: float, form: str) -> str:

@@ -11,7 +11,7 @@ from ..._shared.files import Json, write_json
 from ..._shared.reprs import notebook_html
 from ._change_between_states import CHANGED, NEW, UNCHANGED, FoundEffect, change
 from ._narrow_text import narrow_by_column
-from ._parameter_estimate import ParameterEstimate
+from ._parameter_estimate import ParameterEstimate, spoken
 from ._verdict_in_words import alone_in_words
 from .ledger import Ledger, misfit_columns
 
@@ -33,7 +33,7 @@ class EffectInState(NamedTuple):
     def _in_words(self, form: Callable[[ParameterEstimate], str], *, are_places: bool) -> str:
         fields = self.found.effect.place_fields
         return ", ".join(
-            f"{word} {form(estimate)}"
+            f"{spoken(word)} {form(estimate)}"
             for word, estimate in self.found.estimates.items()
             if (estimate.field in fields) == are_places
         )

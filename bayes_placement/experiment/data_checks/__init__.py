@@ -78,7 +78,8 @@ class DataChecks:
     Examples
     --------
     >>> experiment.check_data(measured).words()
-    ['The data pass their checks: overload, mistaken records, natural frequencies, units, phase.']
+    ['No fault was found in the data (checked: overload, mistaken records, natural frequencies,
+    units, phase).']
     """
 
     faults: dict[str, list[Fault]]
@@ -96,7 +97,7 @@ class DataChecks:
         """One sentence for each fault; one that names the checks where there is none."""
         if not self.passed or not self.faults:
             return self.sentences()
-        return [f"The data pass their checks: {', '.join(self.faults)}."]
+        return [f"No fault was found in the data (checked: {', '.join(self.faults)})."]
 
     def table(self) -> "pd.DataFrame":
         """One row for each fault."""

@@ -76,6 +76,20 @@ def test_an_effect_of_the_library_is_told_by_its_name():
     assert law_of_entry(mass) is None
 
 
+def test_a_part_is_told_once_and_edges_by_their_axes():
+    parameters = {
+        f"extent.{axis}": estimate(edge, 0.001, "m", "extent", f"extent.{axis}")
+        for axis, edge in ((1, 0.06), (2, 0.04))
+    }
+    coat = {"name": "segment_mass", "kind": "segment_mass", "parameters": parameters}
+    where = {"acts_on": "region", "on": "region bearing B", "place_m": [], "place_95_m": []}
+    (sentence,) = claims_in_words([entry(**coat, **where)])
+    assert sentence == (
+        "region bearing B: segment_mass, extent along x 60.0 mm (95 %: 58.0 to 62.0), extent along "
+        "y 40.0 mm (95 %: 38.0 to 42.0) (probability 0.9)."
+    )
+
+
 @pytest.mark.parametrize(
     ("places", "intervals", "words"),
     [

@@ -9,7 +9,7 @@ from bayes_placement import effects
 from bayes_placement.criticism.missing._change_between_states import FoundEffect
 from bayes_placement.criticism.missing._narrow_text import narrow
 from bayes_placement.criticism.missing._parameter_estimate import ParameterEstimate
-from bayes_placement.criticism.missing.states import LedgerOfStates, courses_of
+from bayes_placement.criticism.missing.states import EffectInState, LedgerOfStates, courses_of
 from tests.plots.test_ledger import ledger, ranking, step
 
 AT = ParameterEstimate(
@@ -55,6 +55,23 @@ COMPLIANCE = ParameterEstimate(
 )
 def test_an_estimate_is_told_in_the_units_of_people(estimate, words, short):
     assert (estimate.with_interval(), str(estimate)) == (words, short)
+
+
+def edge(axis, size):
+    return LOSS._replace(
+        mean=size, unit="m", effect="segment_mass", word=f"extent.{axis}", field="extent"
+    )
+
+
+def test_edges_of_a_patch_are_told_by_their_axes():
+    coat = effects.segment_mass((0.2, 0.1, 0.0), (0.06, 0.04, 0.0), 0.09)
+    estimates = {f"extent.{axis}": edge(axis, size) for axis, size in ((1, 0.06), (2, 0.04))}
+    estimates["mass"] = LOSS._replace(mean=0.09, unit="kg", effect="segment_mass", word="mass")
+    fitted = replace(step("segment_mass", 1.0), parameters=estimates)
+    assert fitted.in_short(coat) == "extent along x 60 mm, along y 40 mm, mass 90 g"
+    assert fitted.description().startswith("extent along x 60 mm (95 %: ")
+    found = FoundEffect(coat, "", estimates, None)
+    assert "extent along y 40 ± 10 mm" in EffectInState(found, "new").size(str)
 
 
 def steps():

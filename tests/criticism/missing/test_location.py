@@ -116,6 +116,15 @@ def test_what_has_no_place_of_its_own_sits_where_its_part_or_sensor_does(effect,
 
 
 @pytest.mark.parametrize(
+    ("name", "words"), [("left", "region left"), ("region left", "region left")]
+)
+def test_what_a_part_is_is_told_once(monkeypatch, name, words):
+    loss = effects.region_stiffness_loss(name, 0.1)
+    monkeypatch.setattr(type(loss), "names", staticmethod(lambda _: (name,)))
+    assert loss.setting(SPACE.structure.modes, SPACE.instruments) == words
+
+
+@pytest.mark.parametrize(
     "effect",
     [
         effects.time_delay(1e-4),
