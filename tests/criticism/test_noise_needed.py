@@ -154,6 +154,14 @@ def test_few_lines_of_a_record_are_judged_by_the_scatter_of_all(hidden):
     assert noise_needed(unknown).is_misfit_alike
 
 
+@pytest.mark.filterwarnings("ignore::bayes_placement.inference.infer.InferenceWarning")
+def test_the_check_reads_the_scatter_of_the_record_from_a_result():
+    whole, record = of_many_lines(MASS)
+    misfit = bp.check(bp.infer(with_lines(whole, 24), record, engine=MAP(starts=4)))
+    assert not misfit.passed
+    assert misfit.noise_needed.over_scatter > 3
+
+
 @pytest.mark.long
 @pytest.mark.filterwarnings("ignore::bayes_placement.inference.infer.InferenceWarning")
 def test_unknown_noise_that_takes_up_a_misfit_is_no_explanation(of_unknown_noise):
