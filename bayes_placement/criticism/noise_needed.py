@@ -9,9 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.special import ndtr
+from scipy.special import chdtri, ndtr
 
 from .._shared.reprs import with_short_repr
+from ..experiment._noise_level import FEWEST_FITTED, FREE
+from ..inference.chi2 import LEVEL
 from ..inference.units import percent
 
 FEWEST = 16.0
@@ -30,6 +32,7 @@ VARIANCE_OF_RATIO = 2 * (4.375 / VARIANCE**2 - 1)
 """
 
 Rows = Float[np.ndarray, "row line"]
+Present = Bool[np.ndarray, "row line"]
 
 
 @with_short_repr
@@ -40,13 +43,15 @@ class NoiseNeeded:
     `relative` is its median over the amplitude [1]; `over_scatter` the root mean square of the
     residuals over that of the scatter of neighbouring lines, NaN for too few lines, and `p_value`
     the probability that it is as large for a correct model. `over_coherence` is the fitted factor
-    on what the coherence says [1], NaN where that is not read.
+    on what the coherence says [1], NaN where that is not read. `is_misfit_alike` says that lines
+    are too far from each other to tell noise from a misfit.
     """
 
     relative: float
     over_scatter: float
     p_value: float
     over_coherence: float = float("nan")
+    is_misfit_alike: bool = False
 
     def __str__(self) -> str:
         """Say how much it is."""
@@ -68,19 +73,59 @@ class NoiseNeeded:
         return {name: float(x) if np.isfinite(x) else None for name, x in values.items()}
 
 
-def over_scatter(residual: Rows, present: Bool[np.ndarray, "row line"]) -> tuple[float, float]:
+def over_scatter(
+    residual: Rows, present: Present, scatter: Rows | None = None
+) -> tuple[float, float]:
     """Residuals over the scatter of neighbouring lines, and the p-value of a correct model.
 
-    NaN for too few lines, see `neumann`.
-
-    Residuals are over the deviation of the noise, real and imaginary parts as rows of their own.
+    NaN for too few lines, see `share_of_noise`, whose arguments these are.
     """
-    ratio, certainty = neumann(residual, present)
+    ratio, certainty = share_of_noise(residual, present, scatter)
     return float(ratio**-0.5), float(ndtr((ratio - 1) * certainty))
 
 
-def neumann(residual: Rows, present: Bool[np.ndarray, "row line"]) -> tuple[float, float]:
-    """Von Neumann's ratio and the inverse of its deviation, of a correct model; see `over_scatter`.
+def share_of_noise(
+    residual: Rows, present: Present, scatter: Rows | None = None
+) -> tuple[float, float]:
+    """Share of noise in the squares of residuals, and the inverse of its deviation.
+
+    Residuals, and the scatter of lines of the whole record where it is known, are over the
+    deviation of the noise, real and imaginary parts as rows of their own. What scatters is noise,
+    by von Neumann's ratio. At lines chosen far from each other any misfit scatters: where the lines
+    of the record scatter significantly less than those that were chosen, they tell the noise. Each
+    can only be too large, since the response itself changes from line to line.
+    """
+    ratio, certainty = neumann(residual, present)
+    if scatter is None:
+        return ratio, certainty
+    share, certainty_of_share = _share_by_record(residual, present, scatter)
+    apart = ndtr((share / ratio - 1) * certainty_of_share) < LEVEL
+    return (share, certainty_of_share) if apart or np.isnan(ratio) else (ratio, certainty)
+
+
+def _share_by_record(residual: Rows, present: Present, scatter: Rows) -> tuple[float, float]:
+    """Share of noise by the scatter of lines of the whole record.
+
+    Its variance is that of the sum of the squares of the residuals, and that of levels, each known
+    as well as by one fit at least and common to the lines of one row within `FEWEST_FITTED`.
+    """
+    left = np.where(present, residual, 0.0) ** 2
+    squares, count = float(np.sum(left)), _data_of_equal_size(left)
+    if squares == 0 or count < FEWEST:
+        return float("nan"), float("nan")
+    levels = max(present.any(axis=1).sum(), present.sum() / FEWEST_FITTED)
+    share = float(np.sum(np.where(present, scatter, 0.0) ** 2)) / squares
+    return share, float((2 / count + 2 / (FREE * levels)) ** -0.5)
+
+
+def _data_of_equal_size(squares: Rows) -> float:
+    """Number of normal data of equal variance that would have the same fourth moment."""
+    fourth = float(np.sum(squares**2))
+    return 3 * float(np.sum(squares)) ** 2 / fourth if fourth > 0 else 0.0
+
+
+def neumann(residual: Rows, present: Present) -> tuple[float, float]:
+    """Von Neumann's ratio and the inverse of its deviation, of a correct model.
 
     The mean square of second differences over that of the residuals themselves is von Neumann's
     ratio (1941, doi:10.1214/aoms/1177731677): 1 for independent errors, and less the smoother a
@@ -96,10 +141,36 @@ def neumann(residual: Rows, present: Bool[np.ndarray, "row line"]) -> tuple[floa
     squares, scatter = float(np.sum(middle**2)), float(np.sum(apart**2)) / VARIANCE
     if squares == 0 or scatter == 0:
         return float("nan"), float("nan")
-    count = 3 * squares**2 / float(np.sum(middle**4))
+    count = _data_of_equal_size(middle**2)
     if count < FEWEST:
         return float("nan"), float("nan")
     return scatter / squares, float(np.sqrt(count / VARIANCE_OF_RATIO))
+
+
+TOO_FEW = (
+    "The response itself changes by more than that from one line to the next, so that so few lines "
+    "cannot tell noise from a misfit: take more lines (without --lines), or state the noise."
+)
+"""What is said where a misfit would scatter as noise does."""
+
+
+def is_misfit_alike(measured: Rows, present: Present, scatter: Rows | None) -> bool:
+    """Whether a misfit would scatter as noise does, since lines are too far from each other.
+
+    So it is where neither what was measured nor the record scatters as little as the noise that is
+    needed: both are too large where the response changes from line to line. Levels are medians,
+    which resonances on fewer than half of the lines leave alone; each row is known as well as by
+    one fit at least.
+    """
+    known = present[:, :-2] & present[:, 1:-1] & present[:, 2:]
+    if not known.any():
+        return False
+    apart = measured[:, 1:-1] - (measured[:, :-2] + measured[:, 2:]) / 2
+    level = np.median(apart[known] ** 2) / VARIANCE / chdtri(1, 0.5)
+    if scatter is not None:
+        level = min(level, np.median(scatter[present] ** 2))
+    rows = present.any(axis=1).sum()
+    return bool(ndtr((1 - level) * np.sqrt(FREE * rows / 2)) < LEVEL)
 
 
 def relative_size(deviation: np.ndarray, measured: np.ndarray, part: int | None) -> float:

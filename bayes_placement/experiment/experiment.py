@@ -15,7 +15,7 @@ from .._shared.compiled import compiled
 from .._shared.dimensions import Receptance, Response
 from .._shared.errors import InputError
 from .._shared.reprs import noun_html
-from .._shared.sites import Owner, Role, Unknown, owners, realise, unknowns
+from .._shared.sites import Owner, Role, Unknown, is_unknown, owners, realise, unknowns
 from ..effects.effect import Effect
 from ..effects.instrument_effect import InstrumentEffect
 from ..effects.instruments import Instruments
@@ -30,7 +30,7 @@ from .measurement import Channel, Measurement
 from .modal_parameters import ModalParameters
 from .model_error import Embedded, ModalErrors
 from .noise import Data, Noise
-from .observation import Observation, measured_outputs, simulated_outputs
+from .observation import Observation, measured_outputs, simulated_outputs, with_scatter
 from .recording import Drive, recorded, recorded_frequency
 from .structure import Structure, added, check_free, is_dict
 from .transducers import Actuator, Sensor, Transducer
@@ -329,7 +329,11 @@ class Experiment(eqx.Module):
         )
         variance = None if self.noise is None else self.noise.variance(chosen)
         amplitude = self.noise is not None and self.noise.reads_amplitude
-        return measured_outputs(self.observe, chosen.frf, variance, amplitude=amplitude)
+        data = measured_outputs(self.observe, chosen.frf, variance, amplitude=amplitude)
+        is_read = self.noise is None or self.noise.reads_coherence
+        if is_read or not any(map(is_unknown, jax.tree.leaves(self.noise, is_leaf=is_unknown))):
+            return data
+        return with_scatter(data, self.observe, chosen.frf, chosen.line_scatter)
 
     def model(self, measurement: Measurements | Data | None = None) -> None:
         """Run the NumPyro model: prior on h, latent placement, Gaussian output error.

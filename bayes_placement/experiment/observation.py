@@ -2,6 +2,7 @@
 
 import abc
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import equinox as eqx
@@ -37,6 +38,9 @@ class Data(eqx.Module):
     absolute: Response | None = None
     """Standard deviation of each output for E|error|^2 = |H|^2, |H| being the measured amplitude,
     and for E|error|^2 = 1; None where the noise does not need them."""
+    scatter: Response | None = None
+    """Standard deviation of each output by the scatter of neighbouring lines of the whole record;
+    None where that tells none, or the noise is known."""
 
     def of(self, sensors: Chosen = slice(None), actuators: Chosen = slice(None)) -> "Data":
         """Return the data of some sensor and actuator channels."""
@@ -56,12 +60,12 @@ class Data(eqx.Module):
 
         def stacked(values: list[Array | np.ndarray | None]) -> Any:
             xp = np if isinstance(values[0], np.ndarray) else jnp
-            return None if values[0] is None else xp.stack(values, axis=2)
+            return None if any(each is None for each in values) else xp.stack(values, axis=2)
 
         return Data(*(stacked([getattr(run, name) for run in runs]) for name in _FIELDS))
 
 
-_FIELDS = ("z", "measured", "deviation", "relative", "absolute")
+_FIELDS = ("z", "measured", "deviation", "relative", "absolute", "scatter")
 
 
 FRF = Inexact[Array, "sensor actuator *force_level frequency"]
@@ -199,6 +203,13 @@ def measured_outputs(
     if observe.parts > 1:
         measured = np.broadcast_to(measured[..., None, :], z.shape)
     return Data(z, measured, *deviations)
+
+
+def with_scatter(data: Data, observe: Observation, frf: Record, variance: Record | None) -> Data:
+    """Return data with the scatter of lines, unless it is not known, or some do not scatter."""
+    if variance is None or not np.all((variance > 0) | np.isnan(frf)):
+        return data
+    return replace(data, scatter=measured_outputs(observe, frf, variance).deviation)
 
 
 def simulated_outputs(observe: Observation, frf: FRF) -> Data:

@@ -118,6 +118,8 @@ def _constants(experiment: Experiment, data: Data) -> xr.Dataset:
     deviation = None if experiment.noise is None else experiment.noise.deviation(data)
     if deviation is not None:
         variables["deviation"] = np.asarray(deviation)
+    if data.scatter is not None:
+        variables["scatter"] = np.asarray(data.scatter)
     omega = 2 * np.pi * np.asarray(experiment.frequency)
     variables["receptance"] = experiment.observe.receptance(z, omega)
     variables["log_jacobian"] = experiment.observe.log_jacobian(z, omega)

@@ -46,6 +46,8 @@ class Residuals:
     """The same with an output error drawn for each; None where the model has no output error."""
     deviation: FRFParts | None
     """Standard deviation of the noise of each output; None where the noise is not known."""
+    scatter: FRFParts | None
+    """The same by neighbouring lines of the whole record; None where they tell none, or it is."""
     frequency: Float[np.ndarray, "frequency"]
     """Lines [Hz]."""
     force_level: Int[np.ndarray, "frequency"]
@@ -117,7 +119,8 @@ def output_residuals(posterior: xr.DataTree) -> Residuals:
         present=np.isfinite(raw),
         draws=draws,
         replicates=_flat_draws(predicted[MEASURED]) if MEASURED in predicted else None,
-        deviation=_deviation(observed),
+        deviation=_of_outputs(observed, "deviation"),
+        scatter=_of_outputs(observed, "scatter"),
         frequency=np.asarray(template["frequency"].values, dtype=float),
         force_level=levels_of(template)[1],
         unknowns=sum(len(scalars("", v.values)) for v in posterior["posterior"].data_vars.values()),
@@ -180,10 +183,10 @@ def _flat_draws(values: xr.DataArray) -> Draws:
     return array.reshape(-1, *array.shape[2:])
 
 
-def _deviation(observed: xr.Dataset) -> FRFParts | None:
-    if "deviation" not in observed:
+def _of_outputs(observed: xr.Dataset, name: str) -> FRFParts | None:
+    if name not in observed:
         return None
-    deviation = _with_part(_transposed(observed["deviation"], ()))
+    deviation = _with_part(_transposed(observed[name], ()))
     return np.where(np.isfinite(deviation), deviation, 1.0)
 
 

@@ -1,13 +1,25 @@
 """Noise that a model needs against the scatter of neighbouring lines, by simulation."""
 
+import dataclasses
+
 import numpy as np
 import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.criticism.noise_needed import NoiseNeeded, over_scatter, relative_size
+from bayes_placement.criticism.missing._hypotheses import null_hypothesis
+from bayes_placement.criticism.missing._rows import row_of
+from bayes_placement.criticism.missing._unknown_noise import noise_needed
+from bayes_placement.criticism.missing.table import AS_STATED
+from bayes_placement.criticism.noise_needed import (
+    NoiseNeeded,
+    is_misfit_alike,
+    over_scatter,
+    relative_size,
+)
+from bayes_placement.experiment.variants import with_lines
 from bayes_placement.inference.engines.map import MAP
-from tests.criticism.small import MASS, experiment, measured
+from tests.criticism.small import MASS, TRUTH, experiment, measured
 
 RUNS, ROWS, LINES = 400, 6, 80
 
@@ -37,6 +49,39 @@ def test_a_smooth_misfit_is_measured_in_scatters():
     ]
     assert np.mean(ratios) == pytest.approx(np.sqrt(1 + 12.5), rel=0.03)
     assert p_values(0.5).max() < 0.9 and np.median(p_values(0.7)) < 0.01
+
+
+@pytest.mark.parametrize(("noise", "fails"), [(0.1, True), (1.0, False)])
+def test_a_misfit_that_scatters_is_more_than_the_lines_of_the_record_do(noise, fails):
+    """Where the record scatters as much, neighbours decide as without it."""
+    present, residual = np.ones((ROWS, LINES), dtype=bool), simulated(1)
+    ratio, p_value = over_scatter(residual, present, np.full(present.shape, noise))
+    assert (p_value < 1e-3) == fails
+    if fails:
+        assert ratio == pytest.approx(1 / noise, rel=0.1)
+    else:
+        assert (ratio, p_value) == over_scatter(residual, present)
+
+
+@pytest.mark.parametrize("size", [0.5, 1.0, 2.0])
+def test_a_correct_model_fails_as_often_beside_the_scatter_of_the_record(size):
+    """A level that is too large decides nothing; one that is a little too small does not either."""
+    present, level = np.ones((ROWS, LINES), dtype=bool), np.full((ROWS, LINES), max(size, 0.95))
+    values = [over_scatter(simulated(seed), present, level)[1] for seed in range(RUNS)]
+    share = np.mean(np.array(values) < 0.1)
+    assert share == pytest.approx(0.1, abs=5 * np.sqrt(0.09 / RUNS))
+
+
+@pytest.mark.parametrize(
+    ("period", "record", "alike"),
+    [(3, None, True), (80, None, False), (3, 1.0, False), (3, 10.0, True)],
+    ids=["few lines", "many lines", "few of many lines", "few and no others"],
+)
+def test_lines_between_which_the_response_changes_do_not_tell_noise(period, record, alike):
+    present = np.ones((ROWS, LINES), dtype=bool)
+    measured = simulated(2) + 10 * np.sin(2 * np.pi * np.arange(LINES) / period)
+    scatter = None if record is None else np.full(present.shape, record)
+    assert is_misfit_alike(measured, present, scatter) == alike
 
 
 def test_gaps_are_left_out_and_few_lines_decide_nothing():
@@ -71,6 +116,50 @@ def of_unknown_noise():
         observe=base.observe,
         noise=bp.noise.FromCoherence(dist.LogUniform(0.1, 100.0)),
     )
+
+
+FINE = np.linspace(30.0, 700.0, 600)
+
+
+def of_many_lines(*hidden):
+    """An experiment of unknown noise, and a fine record of it with 1 % of noise."""
+    exact = experiment()
+    whole = bp.Experiment(
+        exact.structure,
+        sensors=list(exact.sensor.values()),
+        actuators=list(exact.actuator.values()),
+        frequency=FINE,
+        observe=exact.observe,
+        noise=bp.noise.Relative(dist.LogUniform(1e-3, 0.5)),
+    )
+    true = whole.fix(TRUTH | {"noise.ratio": 0.01})
+    for effect in hidden:
+        true = true + effect
+    record = true.nominal_measurement()
+    parts = np.random.default_rng(4).standard_normal((2, *record.frf.shape))
+    frf = record.frf * (1 + 0.01 / np.sqrt(2) * (parts[0] + 1j * parts[1]))
+    return whole, dataclasses.replace(record, frf=frf)
+
+
+@pytest.mark.parametrize("hidden", [(), (MASS,)], ids=["right", "a mass is missing"])
+def test_few_lines_of_a_record_are_judged_by_the_scatter_of_all(hidden):
+    whole, record = of_many_lines(*hidden)
+    few = with_lines(whole, 24)
+    best = null_hypothesis(few, few.data(record))
+    assert row_of(best).explains(AS_STATED) == (not hidden)
+    assert not noise_needed(best).is_misfit_alike
+    alone = dataclasses.replace(record.lines(few.frequency), line_scatter=None)
+    unknown = null_hypothesis(few, few.data(alone))
+    assert row_of(unknown).explains(AS_STATED)
+    assert noise_needed(unknown).is_misfit_alike
+
+
+@pytest.mark.filterwarnings("ignore::bayes_placement.inference.infer.InferenceWarning")
+def test_the_check_reads_the_scatter_of_the_record_from_a_result():
+    whole, record = of_many_lines(MASS)
+    misfit = bp.check(bp.infer(with_lines(whole, 24), record, engine=MAP(starts=4)))
+    assert not misfit.passed
+    assert misfit.noise_needed.over_scatter > 3
 
 
 @pytest.mark.long

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
@@ -70,6 +71,41 @@ def test_chosen_lines_keep_the_variance_of_the_whole_record():
     lines = np.isin(record.frequency, again.frequency)
     omega = 2 * np.pi * again.frequency
     np.testing.assert_allclose(again.scatter_variance(), variance[..., lines] / omega**4)
+
+
+LEVEL = dist.LogUniform(1e-3, 1.0)
+BAR = bp.beams.bar(2, length=1.0, area=1e-3, youngs_modulus=7e10, density=2700.0)
+
+
+@pytest.mark.parametrize(
+    ("noise", "is_kept"),
+    [
+        (bp.noise.Gaussian(LEVEL), True),
+        (bp.noise.Relative(LEVEL), True),
+        (bp.noise.Gaussian(0.01), False),
+        (bp.noise.FromCoherence(LEVEL), False),
+        (None, False),
+    ],
+)
+def test_data_of_chosen_lines_keep_the_scatter_where_the_level_of_the_noise_is_unknown(
+    noise, is_kept
+):
+    record = replace(recorded(), coherence=np.full((1, 1, 400), 0.9), averages=8)
+    few = bp.Experiment(
+        bp.Structure(BAR, damping=bp.damping.Modal(0.01)),
+        sensors=[bp.Sensor("s1", at=0.2)],
+        actuators=[bp.Actuator("a1", at=0.6)],
+        frequency=record.frequency[5::40],
+        observe=bp.observe.Complex("acceleration"),
+        noise=noise,
+    )
+    scatter = few.data(record).scatter
+    assert (scatter is not None) == is_kept
+    if is_kept:
+        variance = record.scatter_variance()[..., 5::40]
+        np.testing.assert_allclose(np.sum(np.square(scatter), axis=-2), variance, rtol=1e-5)
+        still = replace(record, frf=np.ones((1, 1, 400), dtype=complex))
+        assert few.data(still).scatter is None
 
 
 @pytest.mark.parametrize("lines", [slice(0, 20), np.r_[0:40, 50:90]], ids=["few", "a gap"])

@@ -11,7 +11,7 @@ from scipy.special import ndtr
 from ..._shared.sites import Role
 from ...inference.chi2 import Chi2
 from ...inference.output_residuals import Chosen, FRFParts, Residuals
-from ..noise_needed import NoiseNeeded, over_scatter, relative_size
+from ..noise_needed import NoiseNeeded, is_misfit_alike, over_scatter, relative_size
 from .correlation import band, fdac, frac
 
 OF_COHERENCE = {"noise factor", "noise coherence"}
@@ -35,6 +35,11 @@ def noise_needed(data: Residuals, posterior: xr.DataTree) -> NoiseNeeded | None:
         relative_size(scale, data.measured, parts),
         *scatter_of(data, everywhere),
         over_coherence=factors[0] if factors else float("nan"),
+        is_misfit_alike=is_misfit_alike(
+            _rows_of_runs(data, data.measured / data.scale),
+            _rows_of_runs(data, data.present),
+            _scatter_over_noise(data),
+        ),
     )
 
 
@@ -42,10 +47,19 @@ def scatter_of(data: Residuals, group: Chosen) -> tuple[float, float]:
     """Residuals of a group over the scatter of neighbouring lines, and its p-value."""
     present = data.present & group[..., None]
     scaled = np.where(present, data.residual / data.scale, 0.0)
+    residual, known = (_rows_of_runs(data, array) for array in (scaled, present))
+    return over_scatter(residual, known, _scatter_over_noise(data))
+
+
+def _scatter_over_noise(data: Residuals) -> np.ndarray | None:
+    """Scatter of lines of the whole record over the deviation of the noise, as rows."""
+    return None if data.scatter is None else _rows_of_runs(data, data.scatter / data.scale)
+
+
+def _rows_of_runs(data: Residuals, array: np.ndarray) -> np.ndarray:
+    """Array [sensor, actuator, frequency, part] as rows along frequency, a row for each run."""
     runs = [data.force_level == level for level in np.unique(data.force_level)]
-    return over_scatter(
-        *(np.concatenate([_rows(array[:, :, run]) for run in runs]) for array in (scaled, present))
-    )
+    return np.concatenate([_rows(array[:, :, run]) for run in runs])
 
 
 def _rows(array: np.ndarray) -> np.ndarray:

@@ -13,10 +13,10 @@ from ..._shared.reprs import notebook_html
 from ...inference.chi2 import chi2_in_words, p_in_words
 from ...inference.output_residuals import shows_modes
 from ...inference.units import three_digits
-from ..noise_needed import NoiseNeeded
+from ..noise_needed import TOO_FEW, NoiseNeeded
 from ._edges import Errors, edges_in_words, errors_in_words
 
-_TOO_FEW = "the noise is not known, and there are too few lines to test residuals for correlation."
+_UNTESTED = "the noise is not known, and there are too few lines to test residuals for correlation."
 
 
 class Verdict(NamedTuple):
@@ -58,21 +58,31 @@ class Verdict(NamedTuple):
         """Say in one sentence whether the model explains the data."""
         if np.isnan(self.p_value):
             return "Whether the model explains the data cannot be decided: " + (
-                "it has as many unknowns as data." if self.noise_known else _TOO_FEW
+                "it has as many unknowns as data." if self.noise_known else _UNTESTED
             )
         verdict = "explains the data" if self.passed else "fails"
         verdict += ", given its model error" if self.passed and self.has_model_error else ""
         if not self.noise_known:
-            correlation = "not significantly correlated" if self.passed else "correlated"
-            return (
-                f"The model {verdict}: residuals of neighbouring lines are {correlation} "
-                f"({p_in_words(self.p_value)}). The noise level is not known, so chi2 cannot be "
-                f"used; the model needs noise of {self.noise_needed}."
-            )
+            return self._of_unknown_noise(verdict)
         low = self.p_value > 1 - self.level / 2
         chi2, p = chi2_in_words(self.overall), p_in_words(self.p_value)
         return f"The model {verdict}: reduced chi-square is {chi2} ({p})." + (
             " It is smaller than the noise allows: the stated noise is too large." if low else ""
+        )
+
+    def _of_unknown_noise(self, verdict: str) -> str:
+        """Say it where the noise is not known; not that it does where lines tell no noise."""
+        noise, whiteness = self.noise_needed, float(self.overall["whiteness"])
+        correlation = "correlated" if self.failed else "not significantly correlated"
+        said = f"The model {verdict}: residuals of neighbouring lines are {correlation}"
+        if noise is not None and self.failed and not noise.p_value > whiteness:
+            said = f"The model {verdict}: its noise exceeds the scatter of neighbouring lines"
+        untold = noise is not None and noise.is_misfit_alike and self.passed
+        if untold:
+            said = "Whether the model explains the data cannot be told"
+        return (
+            f"{said} ({p_in_words(self.p_value)}). The noise level is not known, so chi2 cannot be "
+            f"used; the model needs noise of {noise}.{f' {TOO_FEW}' if untold else ''}"
         )
 
 

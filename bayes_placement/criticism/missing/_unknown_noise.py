@@ -1,5 +1,7 @@
 """What unknown noise means for a fit: how much it needs, and that data may be outliers."""
 
+from typing import Any
+
 import jax.numpy as jnp
 import numpy as np
 
@@ -8,7 +10,15 @@ from ..._shared.dimensions import Response
 from ..._shared.sites import Role
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
-from ..noise_needed import NoiseNeeded, Rows, neumann, over_scatter, relative_size
+from ...inference.residuals import Problem
+from ..noise_needed import (
+    NoiseNeeded,
+    Rows,
+    is_misfit_alike,
+    over_scatter,
+    relative_size,
+    share_of_noise,
+)
 from ._hypotheses import Hypothesis
 
 OF_COHERENCE = ("factor", "coherence")
@@ -24,18 +34,39 @@ def scatter(hypothesis: Hypothesis) -> tuple[float, float]:
 
 
 def neumann_of(hypothesis: Hypothesis) -> tuple[float, float]:
-    """Von Neumann's ratio of the residuals at the best fit, and the inverse of its deviation."""
-    ratio, certainty = neumann(*_rows(hypothesis))
+    """Share of noise in the residuals at the best fit, and the inverse of its deviation."""
+    ratio, certainty = share_of_noise(*_rows(hypothesis))
     return float(ratio), float(certainty)
 
 
-def _rows(hypothesis: Hypothesis) -> tuple[Rows, np.ndarray]:
-    """Residuals of the experiment along sorted lines, and which of them were measured."""
+def _rows(hypothesis: Hypothesis) -> tuple[Rows, np.ndarray, Rows | None]:
+    """Residuals along sorted lines, which were measured, and the scatter of lines of the record."""
     problem = hypothesis.problem
+    present, scatter = np.asarray(problem.data.measured), problem.data.scatter
+    over = None if scatter is None else np.asarray(scatter) / _deviation_at_fit(hypothesis)
+    residual = _along_lines(problem, hypothesis.residual[: present.size])
+    known = None if over is None else _along_lines(problem, over)
+    return residual, _along_lines(problem, present), known
+
+
+def _along_lines(problem: Problem, values: np.ndarray) -> np.ndarray:
+    """Values of the outputs of the experiment as rows along sorted lines."""
     lines = np.argsort(np.asarray(problem.experiment.frequency))
-    present = np.asarray(problem.data.measured)
-    rows = hypothesis.residual[: present.size].reshape(-1, lines.size)[:, lines]
-    return rows, present.reshape(-1, lines.size)[:, lines]
+    return values.reshape(-1, lines.size)[:, lines]
+
+
+def _at_fit(hypothesis: Hypothesis) -> dict[str, Any]:
+    """Unknowns at the best fit."""
+    values = hypothesis.problem.coordinates.named(hypothesis.fit.point[None])
+    return {name: value[0] for name, value in values.items()}
+
+
+def _deviation_at_fit(hypothesis: Hypothesis) -> np.ndarray:
+    """Deviation of the noise of each output at the best fit."""
+    experiment = hypothesis.problem.at_fixed_sizes.fix(_at_fit(hypothesis))
+    data = hypothesis.problem.data
+    deviation = np.asarray(compiled(_deviation)(experiment, data))
+    return np.broadcast_to(deviation, np.shape(data.z))
 
 
 def gain_with_outliers(hypothesis: Hypothesis) -> float:
@@ -52,10 +83,8 @@ def noise_needed(hypothesis: Hypothesis) -> NoiseNeeded | None:
     if hypothesis.is_noise_known:
         return None
     problem = hypothesis.problem
-    values = problem.coordinates.named(hypothesis.fit.point[None])
-    at_fit = {name: value[0] for name, value in values.items()}
+    at_fit, deviation = _at_fit(hypothesis), _deviation_at_fit(hypothesis)
     data, experiment = problem.data, problem.at_fixed_sizes
-    deviation = np.asarray(compiled(_deviation)(experiment.fix(at_fit), data))
     factors = [
         float(at_fit[unknown.name])
         for unknown in experiment.unknowns
@@ -67,6 +96,9 @@ def noise_needed(hypothesis: Hypothesis) -> NoiseNeeded | None:
         relative_size(np.where(present, deviation, 0.0), np.asarray(data.z), part),
         *scatter(hypothesis),
         over_coherence=factors[0] if factors else float("nan"),
+        is_misfit_alike=is_misfit_alike(
+            _along_lines(problem, np.asarray(data.z) / deviation), *_rows(hypothesis)[1:]
+        ),
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...experiment.model_error import OF_WHAT
 from ...inference.units import percent, three_digits
+from ..noise_needed import TOO_FEW
 from ..reach.reach import Reach
 from ._standing import Standing
 from ._weighed import NONE, numbered_kind
@@ -81,7 +82,8 @@ def _of_nothing(ledger: Ledger) -> list[str]:
     if last.noise_needed is not None:
         return [
             "Nothing is claimed to be missing. The noise is not known, so that the reduced "
-            f"chi-square decides nothing; the model needs noise of {last.noise_needed}."
+            f"chi-square decides nothing; the model needs noise of {last.noise_needed}.",
+            TOO_FEW if last.noise_needed.is_misfit_alike else "",
         ]
     if np.isnan(last.p_value):
         return ["Whether the model explains the data cannot be decided: as many unknowns as data."]

@@ -8,6 +8,7 @@ import pandas as pd
 from ..._shared.files import Json, write_json
 from ..._shared.reprs import notebook_html
 from ...inference.alternative_explanation import Alternative
+from ..noise_needed import TOO_FEW
 from ..reach.reach import Reach, only_port
 from ._claims import SCHEMA
 from ._narrow_text import gained, narrow
@@ -158,6 +159,7 @@ class Ranking:
         sentences = [
             self._verdict(best) if self.baseline is None else self._verdict_on_new(best),
             "" if noise is None else f"The noise is not known; the best needs noise of {noise}.",
+            TOO_FEW if noise is not None and noise.is_misfit_alike else "",
             sizes_in_words(best) if best.model_error else "",
             "" if self.baseline is None else alone_in_words(self),
             *(confounded_sentence(*pair) for pair in self.confounded),

@@ -102,9 +102,10 @@ class Row(NamedTuple):
     the number of unknowns that the data determine.
 
     The level of the noise is known where it is stated, or read from the data. If not, `neumann` is
-    von Neumann's ratio of the residuals and the inverse of its deviation, `outliers` their expected
-    number, and `gain_with_outliers` the log likelihood gained where a few data may be some. `noise`
-    is its median over the amplitude [1].
+    von Neumann's ratio of the residuals, or the share of noise by the record if that is smaller,
+    and the inverse of its deviation (`share_of_noise`); `outliers` is their expected number, and
+    `gain_with_outliers` the log likelihood gained where a few data may be some. `noise` is its
+    median over the amplitude [1].
 
     `sizes` of a model error are name, size, and the share of the prior below. Values when exact are
     without model error: chi2 per datum, and of the model as given the p-value of its check.
@@ -184,7 +185,8 @@ class Row(NamedTuple):
 
         It passes its check; or, where the noise is unknown, its residuals are no larger than the
         scatter of neighbouring lines, and no more of them are outliers than assumed. That alone
-        does not say that a model is right: at lines far from each other any misfit scatters.
+        does not say that a model is right: at lines far from each other any misfit scatters, and
+        the scatter of other lines of the record tells that only where these are known.
         """
         if self.is_noise_known:
             return self.passes(policy)

@@ -12,6 +12,8 @@ import bayes_placement as bp
 from bayes_placement.criticism.check._residuals import residuals
 from bayes_placement.criticism.check._statistics import Statistics
 from bayes_placement.criticism.check.check import check, verdict
+from bayes_placement.criticism.check.misfit import Verdict
+from bayes_placement.criticism.noise_needed import NoiseNeeded
 
 SEEDS = range(100)
 
@@ -236,6 +238,31 @@ def test_noise_that_is_stated_too_large_is_said(correct_model):
     misfit = check(tree)
     assert misfit.passed
     assert misfit.words()[0].endswith("the stated noise is too large.")
+
+
+def test_a_misfit_that_scatters_fails_by_the_scatter_of_the_record(correct_model):
+    tree = correct_model(4, known=False)
+    assert check(tree).passed
+    observed = tree["observed_data"].to_dataset()
+    constants = xr.Dataset({"scatter": xr.full_like(observed["measured"], 1e-12)})
+    misfit = check(tree.assign({"constant_data": xr.DataTree(constants)}))
+    assert not misfit.passed
+    assert misfit.overall["over_scatter"] > 10
+    assert misfit.verdict().startswith(
+        "The model fails: its noise exceeds the scatter of neighbouring lines (p < "
+    )
+
+
+def test_lines_that_tell_no_noise_are_no_explanation():
+    overall, noise = {"whiteness": 0.5}, NoiseNeeded(0.1, 0.97, 0.6, is_misfit_alike=True)
+    passed = Verdict(overall, 0.01, False, noise, False)
+    assert passed.passed
+    assert passed.sentence().startswith("Whether the model explains the data cannot be told (p = ")
+    assert "needs noise of 10 % of the amplitude" in passed.sentence()
+    assert passed.sentence().endswith("take more lines (without --lines), or state the noise.")
+    failed = passed._replace(overall={"whiteness": 1e-6})
+    assert failed.sentence().startswith("The model fails: residuals of neighbouring lines are cor")
+    assert "more lines" not in failed.sentence()
 
 
 @pytest.mark.parametrize(

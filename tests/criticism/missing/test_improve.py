@@ -15,7 +15,7 @@ from bayes_placement import effects
 from bayes_placement.criticism.missing import _fits_with_errors, _shared_fits
 from bayes_placement.criticism.missing.explain import explain
 from bayes_placement.criticism.missing.improve import improve
-from bayes_placement.criticism.noise_needed import NoiseNeeded
+from bayes_placement.criticism.noise_needed import TOO_FEW, NoiseNeeded
 from tests.criticism.small import GAIN, LINES, MASS, experiment, measured
 
 KINDS = ["point_mass", "gain_error", "time_delay"]
@@ -204,6 +204,15 @@ def test_with_unknown_noise_an_effect_is_missing_if_what_is_left_scatters_as_noi
     assert ("Missing" in ledger.sentence()) is not unexplained
 
 
+@pytest.mark.parametrize("alike", [True, False])
+def test_lines_that_tell_no_noise_are_said_where_nothing_is_claimed(with_nothing, alike):
+    noise = NoiseNeeded(0.1, 1.0, 0.5, is_misfit_alike=alike)
+    steps = tuple(dataclasses.replace(step, noise_needed=noise) for step in with_nothing.steps)
+    ledger = dataclasses.replace(with_nothing, steps=steps, verdict=())
+    assert "the model needs noise of 10 % of the amplitude" in ledger.sentence()
+    assert ("cannot tell noise from a misfit" in ledger.sentence()) == alike
+
+
 def test_explain_ranks_the_kinds_and_claims_what_improve_claims(with_mass, candidates):
     shares = []
     measurement = measured(MASS, seed=1)
@@ -214,6 +223,9 @@ def test_explain_ranks_the_kinds_and_claims_what_improve_claims(with_mass, candi
     assert np.all(np.diff(shares) >= 0)
     assert shares[-1] == 1
     assert ranking.claimed == with_mass.verdict
+    noise = NoiseNeeded(0.1, 1.0, 0.5, is_misfit_alike=True)
+    few = [dataclasses.replace(step, noise_needed=noise) for step in ranking.steps]
+    assert TOO_FEW in dataclasses.replace(ranking, steps=type(ranking.steps)(few)).words()
 
 
 @pytest.mark.long
