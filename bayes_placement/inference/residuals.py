@@ -244,6 +244,23 @@ def _of_states(
     return residual, log_scale.sum(axis=1)
 
 
+def at_known_noise(problem: Problem, point: np.ndarray) -> tuple[Problem, np.ndarray]:
+    """Return a problem of one state with the noise of a point, and the point in it.
+
+    What makes squares alone small would make unknown noise large.
+    """
+    values = problem.coordinates.named(point[None])
+    of_noise = {
+        unknown.name: np.asarray(values[unknown.name][0])
+        for unknown in problem.experiment.unknowns
+        if unknown.role is Role.OUTPUT_ERROR
+    }
+    if not of_noise or problem.baseline is not None or problem.further:
+        return problem, point
+    known = Problem(problem.experiment.fix(of_noise), problem.data, sizes=problem.sizes)
+    return known, point_in_problem(problem, point, known)
+
+
 def point_in_problem(
     before: Problem, point: np.ndarray, problem: Problem, onto: np.ndarray | None = None
 ) -> np.ndarray:

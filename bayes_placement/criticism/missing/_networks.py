@@ -18,7 +18,7 @@ from ...experiment.experiment import Experiment
 from ...inference.chi2 import LEVEL
 from ...inference.engines.empirical_bayes import DECREASING_ERRORS
 from ...inference.engines.levenberg_marquardt import best_fit, minimise
-from ...inference.residuals import Problem, fields_of
+from ...inference.residuals import Problem, at_known_noise, fields_of
 from ...laws import Spring
 from ...laws.law import Tree
 from ...laws.rows import coordinates_of_numbers
@@ -275,8 +275,8 @@ def _as_hypothesis(base: Hypothesis, law: NamedLaw) -> Hypothesis:
 
 def _start(base: Hypothesis, law: NamedLaw, effect: Effect, problem: Problem) -> np.ndarray:
     """Where it was found, in the coordinates of the problem."""
-    found = base.problem.with_effect(law.port.effect)
-    start = np.zeros(problem.dimension)
+    found = at_known_noise(base.problem, base.fit.point)[0].with_effect(law.port.effect)
+    start = base.point_in(problem)
     for name, place in found.coordinates.places.items():
         target = name.replace(NAME, effect.name)
         if target in problem.coordinates.places:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...inference.residuals import Problem
+from ...inference.residuals import Problem, at_known_noise
 from ..kept_fits import NONE, stored_or_computed
 from ._at_port import Point, ReachOfPort
 from ._free_law import AnyLaw, FreeOfLaw, Points, complex_residuals, in_parts, tells_phase
@@ -80,6 +80,7 @@ def left_in_bands(
     problem: Problem, point: Point, reaches: Sequence[ReachOfPort | ReachOfEffect]
 ) -> LeftInBands | None:
     """Return what laws leave in bands; None of amplitudes and modes, and of two states."""
+    problem, point = at_known_noise(problem, point)
     is_known = problem.baseline is None and tells_phase(problem)
     at_ports = [reached for reached in reaches if isinstance(reached, ReachOfPort)]
     if not is_known or len(at_ports) < len(reaches):

@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from ...inference.engines.least_squares import NormalEquations
 from ...inference.engines.levenberg_marquardt import Fit, best_fit, minimise
-from ...inference.residuals import Problem
+from ...inference.residuals import Problem, at_known_noise
 from ...laws.catalogue import leaves
 from ...laws.law import Law, Tree
 from ...laws.rows import NetworkRows
@@ -102,6 +102,8 @@ def reached_ports(
     The point is the fit of the model; `tick` is called once for each kind of port. `whole` is the
     problem at all lines, where laws are fitted at some of them.
     """
+    whole = None if whole is None else at_known_noise(whole, point)[0]
+    problem, point = at_known_noise(problem, point)
     places = scanned(problem, point, ports, whole or problem)
     alike = Counter(port.acts_on for port in ports)
     pieces = [
@@ -209,7 +211,7 @@ def laws_at_place(
     The point is the fit of the model, the place [1, coordinate]; `pieces` is the number of ports of
     this kind.
     """
-    reach = reach_of_port(problem, point, port, place)
+    reach = reach_of_port(*at_known_noise(problem, point), port, place)
     return _laws_at(reach, reach.points, pieces)
 
 

@@ -3,8 +3,8 @@
 from collections import Counter
 from collections.abc import Sequence
 
-from ...inference.engines.levenberg_marquardt import Fit
-from ...inference.residuals import Problem
+from ...inference.engines.levenberg_marquardt import Fit, best_fit
+from ...inference.residuals import Problem, at_known_noise
 from ._at_port import ReachOfPort, reach_at_fit, reach_of_channel
 from ._channels import channels_of, free_factor
 from ._free_factor import Responses
@@ -28,6 +28,7 @@ def reached_channels(
     """
     if not tells_phase(problem):
         return [], []
+    problem, fit = _at_known_noise(problem, fit)
     responses, without = Responses(problem), LeftOut(problem, fit)
     ports = channels_of(problem.experiment)
     pieces = Counter(port.acts_on for port in ports)
@@ -45,3 +46,12 @@ def reached_channels(
         else:
             reached[number] = reach_at_fit(fit.point, port, free, without.squares(free.data))
     return [reached[number] for number in range(len(ports))], named
+
+
+def _at_known_noise(problem: Problem, fit: Fit) -> tuple[Problem, Fit]:
+    """Return a problem with the noise of a fit, and the fit in it."""
+    known, point = at_known_noise(problem, fit.point)
+    if known is problem:
+        return problem, fit
+    normal = known.squares.objective().normal_equations(point[None])
+    return known, best_fit(point[None], normal, known.count)

@@ -306,10 +306,12 @@ def reach_of(
     channels, filters = reached_channels(problem, fit, laws)
     squares, reaches = fit.squares, [*ports, *channels]
     frees = {id(each.port): each.free for each in reaches if isinstance(each, ReachOfPort)}
-    curves = pd.concat([_curve(reached, squares) for reached in reaches])
+    misses = fails(problem, squares)
+    above = squares - (0 if misses is None else problem.count)
+    curves = pd.concat([_curve(reached, squares, above) for reached in reaches])
     of_port = {id(reached.port): reached for reached in reaches}
     told = sorted(simplest([*laws, *filters]), key=lambda law: law.log_odds, reverse=True)
-    table = pd.DataFrame([_law(law, of_port[id(law.port)], squares) for law in told])
+    table = pd.DataFrame([_law(law, of_port[id(law.port)], squares, above) for law in told])
     odds = np.array([law.log_odds for law in told])
     table["probability"] = np.exp(odds - logsumexp(odds))
     best = dict[str, NamedLaw]()
@@ -321,14 +323,14 @@ def reach_of(
         if tells_phase(problem)
     }
     chi2_per_datum = squares / problem.count
-    misses = fails(problem, told[0].fit.squares)
+    leaves = fails(problem, told[0].fit.squares)
     return Reach(
         curves.reset_index(drop=True),
         table,
         chi2_per_datum,
         measured,
-        fails(problem, squares),
-        None if misses is None else not misses,
+        misses,
+        None if leaves is None else not leaves,
         is_new=problem.baseline is not None,
         limits=_limits(problem),
         in_bands=left_in_bands(problem, fit.point, reaches) if with_bands else None,
@@ -350,29 +352,33 @@ def fails(problem: Problem, squares: float) -> bool | None:
     return bool(chdtrc(problem.count, squares) < LEVEL)
 
 
-def _curve(reached: Reached, squares: float) -> pd.DataFrame:
+def _curve(reached: Reached, squares: float, above: float) -> pd.DataFrame:
     """Rows of one kind of port on one piece."""
-    lines = reached.problem.data.z.shape[-1]
-    by_any = _share(reached.squares + OF_LAW * lines, squares, reached.problem)
-    by_few = _share(reached.squares_of_law, squares, reached.problem)
+    freed, count = OF_LAW * reached.problem.data.z.shape[-1], reached.problem.count
+    # What it takes of noise is known, or as large a share of what is left as of the data.
+    by_noise = reached.squares * count / max(count - freed, 1)
+    by_any = _share(reached.squares + freed if above < squares else by_noise, squares, above)
+    by_few = _share(reached.squares_of_law, squares, above)
     places = where(reached.port, reached.problem, reached.points)
     evidence = reached.log_evidence
     return places.assign(any_law=by_any, few_numbers=by_few, log_evidence=evidence)
 
 
-def _law(law: NamedLaw, reached: Reached, squares: float) -> dict[str, object]:
+def _law(law: NamedLaw, reached: Reached, squares: float, above: float) -> dict[str, object]:
     """Row of a law that was fitted in full."""
     place = where(law.port, reached.problem, law.point[None]).iloc[0].to_dict()
     return {str(name): value for name, value in place.items()} | {
         "law": law.law,
-        "few_numbers": float(_share(law.fit.squares, squares, reached.problem)),
+        "few_numbers": float(_share(law.fit.squares, squares, above)),
         "chi2_per_datum": law.fit.squares / reached.problem.count,
     }
 
 
-def _share(left: float | np.ndarray, squares: float, problem: Problem) -> float | np.ndarray:
-    """Share of the misfit above noise that is removed; zero where there is none."""
-    above = squares - problem.count
+def _share(left: float | np.ndarray, squares: float, above: float) -> float | np.ndarray:
+    """Share of the misfit above noise that is removed; zero where there is none.
+
+    Of unknown noise, which the model may have taken for a misfit, that of all residuals.
+    """
     return np.clip((squares - left) / above, 0.0, 1.0) if above > 0 else 0.0 * left
 
 

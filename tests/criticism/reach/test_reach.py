@@ -3,8 +3,10 @@
 import dataclasses
 import functools
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
+import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
@@ -73,6 +75,21 @@ def test_the_law_as_measured_attached_again_explains_the_data(law, slope, acts_o
     # Each line gave its two numbers away.
     left = fitted.problem.count - 2 * LINES.size
     assert fitted.fit.squares / left == pytest.approx(1.0, abs=5 * np.sqrt(2 / left))
+
+
+@pytest.mark.long
+def test_where_the_noise_is_unknown_it_takes_up_nothing_of_what_laws_explain():
+    """Squares alone would be least with the greatest noise, whatever the law."""
+    share = dist.LogUniform(1e-3, 0.3), dist.LogUniform(1e-6, 1e-2)
+    declared = eqx.tree_at(lambda tree: tree.noise, small.experiment(), bp.noise.Relative(*share))
+    found = bp.reach(declared, small.without_coherence(small.measured(small.MASS)))
+    best = found.laws.iloc[0]
+    assert (best["acts_on"], best["law"].tree()) == ("displacement", "m")
+    assert best["x"] == pytest.approx(small.MASS.at, abs=5e-3)
+    kinds = found.kinds()
+    assert found.fails is None and kinds["few_numbers"].iloc[0] > 0.98
+    assert kinds["few_numbers"].iloc[1:].max() < 0.7
+    assert np.all(kinds["any_law"] < 1) and np.all(kinds["any_law"] > 0.1)
 
 
 START, END = 0.2, 0.4
