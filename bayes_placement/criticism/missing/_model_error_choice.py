@@ -217,18 +217,29 @@ def deepened(
             break
         if not may_explain(comparison, depth, further_effects, question.level):
             break
-        comparison = deeper(question, comparison, depth, breadth, tick)
+        must_explain = further_effects == 1 and np.isfinite(rival)
+        comparison = deeper(question, comparison, depth, breadth, tick, must_explain)
         question.seen(comparison)
     return comparison
 
 
 def deeper(
-    question: Question, comparison: Comparison, depth: int, breadth: Breadth, tick: Tick
+    question: Question,
+    comparison: Comparison,
+    depth: int,
+    breadth: Breadth,
+    tick: Tick,
+    must_explain: bool = False,
 ) -> Comparison:
-    """Try one more effect, also one that is in no list, beside each of the best so many."""
+    """Try one more effect, also one that is in no list, beside each of the best so many.
+
+    Where it must explain the data, and no law at any port does, it is looked for elsewhere alone.
+    """
     if depth == 1:
         comparison = with_suspended(comparison, comparison, question.tried.networks)
     laws = laws_beside_best(comparison, depth, tick) if question.tried.networks else None
+    if must_explain and laws is not None and not laws.may_explain(question.level):
+        return one_more_effect(comparison, depth, tick, breadth, is_given_up=laws.is_bounded)
     meanwhile = nothing if laws is None else laws.look
     comparison = one_more_effect(comparison, depth, tick, breadth, meanwhile)
     # Two of the library may pass the check though one of them is in no list: a spring beside

@@ -100,20 +100,22 @@ def one_more_effect(
     tick: Tick,
     breadth: Breadth = ALL,
     meanwhile: Callable[[], object] = nothing,
+    is_given_up: Callable[[Effect], bool] = lambda _: False,
 ) -> Comparison:
     """Try one more effect on the best hypotheses of so many, and do meanwhile what is asked for.
 
     Then those of the best are replaced, and those of the best few looked for at other places: an
     effect that was fitted first, alone, may have drawn the second to a wrong one.
+
+    Of the kinds that promise most those effects are left out that are given up.
     """
     best = _branches(comparison, depth)
+    kinds = breadth.kinds, is_given_up
     deeper = comparison.with_hypotheses(
-        extended(_pairs(comparison, best[: breadth.branches], breadth.kinds), tick, meanwhile)
+        extended(_pairs(comparison, best[: breadth.branches], *kinds), tick, meanwhile)
     )
-    replaced = extended(
-        _pairs(deeper, _subsets_of_best(deeper, depth, breadth.kinds), breadth.kinds), tick
-    )
-    deeper = deeper.with_hypotheses(replaced)
+    subsets = _subsets_of_best(deeper, depth, breadth.kinds)
+    deeper = deeper.with_hypotheses(extended(_pairs(deeper, subsets, *kinds), tick))
     best = [hypothesis for hypothesis in deeper.distinct() if len(hypothesis.effects) == depth + 1]
     null = deeper.of(())
     few = best[: breadth.relocated]
@@ -161,7 +163,12 @@ def _subsets_of_best(comparison: Comparison, depth: int, most: int) -> list[Hypo
     return subsets
 
 
-def _pairs(comparison: Comparison, branches: Sequence[Hypothesis], most: int) -> list[list[Pair]]:
+def _pairs(
+    comparison: Comparison,
+    branches: Sequence[Hypothesis],
+    most: int,
+    is_given_up: Callable[[Effect], bool] = lambda _: False,
+) -> list[list[Pair]]:
     """Hypotheses to extend and the effects to extend them by, each collection of kinds once.
 
     Of a kind a few variants, since the best one alone, such as a mass that was removed, need not be
@@ -188,8 +195,9 @@ def _pairs(comparison: Comparison, branches: Sequence[Hypothesis], most: int) ->
                 continue
             if may_be_added(effect, candidate.problem, branch):
                 tried.add(extension)
-                variants.setdefault(kind, []).append((branch, effect))
-        pairs += (of_kind[:VARIANTS] for of_kind in variants.values())
+                of_kind = variants.setdefault(kind, [])
+                of_kind += [] if is_given_up(effect) else [(branch, effect)]
+        pairs += (of_kind[:VARIANTS] for of_kind in variants.values() if of_kind)
     return pairs
 
 

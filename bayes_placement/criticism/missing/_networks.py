@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...effects.attached import GivenLaw
-from ...effects.effect import Effect
+from ...effects.effect import Effect, OnPorts
 from ...effects.library import kind_of
 from ...effects.registry import attached
 from ...effects.strut import Strut
@@ -25,7 +25,14 @@ from ...laws.rows import coordinates_of_numbers
 from ..kept_fits import kept_with_sizes
 from ..reach._at_port import ReachOfPort
 from ..reach._free_law import tells_phase
-from ..reach._named_laws import NamedLaw, laws_at_place, log_prior, reached_ports, simplest
+from ..reach._named_laws import (
+    NamedLaw,
+    laws_at_place,
+    log_prior,
+    reached_ports,
+    simplest,
+    squares_with_any_law,
+)
 from ..reach._ports import (
     NAME,
     Port,
@@ -41,7 +48,9 @@ from ._candidates import numbered
 from ._fitted_candidates import extended, without
 from ._hypotheses import Hypothesis, finite, takes_long
 from ._posterior_odds import STRONG, Comparison, explains, passes
+from ._rows import row_of
 from ._scanned_candidates import Pair, Tick
+from .table import Policy
 
 FITTED = 4
 """Networks, at most, that are fitted as effects of the experiment."""
@@ -92,6 +101,25 @@ class LawsBeside:
     def look(self) -> None:
         """Look for those at one port, and what they reach."""
         self._reach_at_ports  # noqa: B018  it is kept
+
+    def may_explain(self, level: float) -> bool:
+        """Whether a law that is free at each line could leave nothing but noise at one port.
+
+        The level is the probability that a correct model fails its check. No check tells it of
+        unknown noise, nor where no law is read.
+        """
+        reached, _ = self._at_ports
+        if not (self.base.is_noise_known and reached):
+            return True
+        row = row_of(self.base)._replace(squares=squares_with_any_law(reached))
+        return row.explains(Policy(level=level))
+
+    def is_bounded(self, effect: Effect) -> bool:
+        """Whether an effect is a law at one of the ports, where the free one does more."""
+        kinds = {reach.port.acts_on for reach in self._at_ports[0]}
+        modes = self.base.problem.experiment.structure.modes
+        is_law = isinstance(effect, OnPorts) and effect.uncertain_ports(modes) < 2
+        return is_law and effect.acts_on in kinds
 
     def reach(self) -> Reach | None:
         """What laws reach that were looked for; None beside effects."""

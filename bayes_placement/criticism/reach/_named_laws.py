@@ -30,7 +30,7 @@ from ._at_port import (
 )
 from ._effect_as_law import EffectAsLaw
 from ._filters import ChannelFilter
-from ._free_law import Points
+from ._free_law import AnyLaw, Points
 from ._free_law_of_many import FreeLawOfMany
 from ._laws_at_places import Fitted
 from ._laws_in_full import LawsInFull
@@ -58,6 +58,9 @@ each place, since the extent leaves more than one hollow."""
 
 REFINED, ROUNDS = 2, 3
 """Ports of the best laws, and how often every network is fitted there once more, at most."""
+
+STEPS_OF_ANY_LAW = 12
+"""Steps of descents with a law free at each line, which begin where all but the place is fitted."""
 
 
 class NamedLaw(NamedTuple):
@@ -120,6 +123,25 @@ def reached_ports(
     for number in order[:REFINED]:
         named[number] = _refined(reached[number], named[number], pieces[number])
     return reached, [law for laws in named for law in laws]
+
+
+def squares_with_any_law(reached: Sequence[ReachOfPort]) -> float:
+    """Least sum of squares with a law free at each line at one of some ports, its place fitted too.
+
+    Nothing that is attached or inserted there leaves less.
+    """
+    return min(fitted_in_processes(_squares_with_any_law, [(reach,) for reach in reached]))
+
+
+def _squares_with_any_law(reach: ReachOfPort) -> float:
+    starts = reach.points[np.argsort(reach.squares)[:BEST_PLACES]]
+    objective = AnyLaw(reach.free.released())
+
+    def found() -> float:
+        _, normal = minimise(objective, starts, steps=STEPS_OF_ANY_LAW)
+        return float(np.min(normal.squares))
+
+    return kept(found, 0.0, objective.free, reach.port, starts)
 
 
 def _reached_with_laws(

@@ -1,6 +1,7 @@
 """A law that is in no list is named by improve; nothing is named where nothing acts."""
 
 import dataclasses
+import functools
 import json
 
 import numpy as np
@@ -8,9 +9,15 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
+from bayes_placement.criticism.missing import _model_error_choice, _networks
 from bayes_placement.criticism.missing._fitted_candidates import extended
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
-from bayes_placement.criticism.missing._more_effects import single_effects, with_listed_replaced
+from bayes_placement.criticism.missing._model_error_choice import Question
+from bayes_placement.criticism.missing._more_effects import (
+    NARROW,
+    single_effects,
+    with_listed_replaced,
+)
 from bayes_placement.criticism.missing._networks import (
     LISTED,
     LawsBeside,
@@ -20,10 +27,27 @@ from bayes_placement.criticism.missing._networks import (
     with_other_laws,
 )
 from bayes_placement.criticism.missing._posterior_odds import Comparison, p_value
-from bayes_placement.criticism.reach._named_laws import NamedLaw, log_prior, simplest
-from bayes_placement.criticism.reach._ports import ATTACHED, Port
+from bayes_placement.criticism.reach._named_laws import (
+    NamedLaw,
+    log_prior,
+    simplest,
+    squares_with_any_law,
+)
+from bayes_placement.criticism.reach._ports import ATTACHED, PLACES, Port, ports_of
+from bayes_placement.inference.chi2 import LEVEL
 from bayes_placement.laws import Dashpot, Mass, Spring
 from tests.criticism.reach.cantilever import AT, experiment, maxwell, measured
+
+
+@pytest.fixture
+def displacements(monkeypatch):
+    """Displacements alone are looked at, at few places, which takes a fraction of the time."""
+
+    def ports(asked):
+        return [port for port in ports_of(asked) if port.acts_on == "displacement"]
+
+    monkeypatch.setattr(_networks, "ports_of", ports)
+    monkeypatch.setitem(PLACES, 1, 4)
 
 
 def library(networks=True):
@@ -137,6 +161,59 @@ def test_a_network_of_another_search_has_its_prior_here():
     expected = {kind: log_prior(["|", "c", "m"], ATTACHED)}
     assert priors_of_networks(between, comparison) == pytest.approx(expected)
     assert not priors_of_networks(between, Comparison([null], {kind: 1}))
+
+
+@functools.cache
+def beside_nothing(*others):
+    """Laws at one kind of port beside the model as given, with so many further masses."""
+    masses = [(place, lambda w: -0.08 * w**2) for place in others]
+    setup = experiment()
+    stiff = functools.partial(maxwell, stiffness=4e5, viscosity=600.0)
+    null = null_hypothesis(setup, setup.data(measured(stiff, others=masses)))
+    return LawsBeside(null, lambda: None)
+
+
+def test_any_law_explains_one_effect_between_the_places_that_are_tried(displacements):
+    reached, _ = beside_nothing()._at_ports
+    left, least = squares_with_any_law(reached), reached[0].squares.min()
+    assert left < 0.75 * beside_nothing().base.problem.count < 0.5 * least
+    assert beside_nothing().may_explain(LEVEL)
+
+
+def test_no_law_at_one_port_explains_effects_at_two_places(displacements):
+    beside = beside_nothing(0.45, 0.55)
+    assert not beside.may_explain(LEVEL)
+    tried = {effect.name: beside.is_bounded(effect) for effect in library().effects}
+    assert tried == {"point_mass": True, "ground_spring": True, "tuned_absorber": True}
+    assert not beside.is_bounded(bp.effects.time_delay(1e-4))
+    assert not beside.is_bounded(bp.effects.compliant_support(1e-4))
+
+
+@pytest.mark.parametrize("must_explain", [True, False])
+def test_what_must_explain_is_looked_for_at_no_port_where_no_law_does(
+    displacements, monkeypatch, must_explain
+):
+    beside = beside_nothing(0.45, 0.55)
+    setup = experiment()
+    tried = library()
+    question = Question.of(setup, beside.base.problem.data, tried, None, level=LEVEL)
+    given_up = []
+
+    def one_more(comparison, depth, tick, breadth, meanwhile=None, is_given_up=None):
+        given_up.append(is_given_up)
+        return comparison
+
+    for name, stub in {
+        "laws_beside_best": lambda *_: beside,
+        "one_more_effect": one_more,
+        "with_networks": lambda comparison, _: comparison,
+        "with_other_laws": lambda comparison, *_: comparison,
+        "with_listed_replaced": lambda comparison, _: comparison,
+    }.items():
+        monkeypatch.setattr(_model_error_choice, name, stub)
+    comparison = Comparison([beside.base], {"point_mass": 1})
+    _model_error_choice.deeper(question, comparison, 2, NARROW, lambda: None, must_explain)
+    assert given_up == [beside.is_bounded if must_explain else None]
 
 
 def test_a_network_of_the_library_is_told_as_its_effect():

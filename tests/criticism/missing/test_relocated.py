@@ -77,7 +77,7 @@ def test_the_search_counts_a_moved_hypothesis_once(null, stuck, monkeypatch):
     comparison = Comparison([null, single], {"point_mass": 1, "gain_error": 1})
     fitted = [stuck]
     monkeypatch.setattr(_more_effects, "extended", lambda *_: [fitted.pop()] if fitted else [])
-    monkeypatch.setattr(_more_effects, "_pairs", lambda comparison, branches, most: [])
+    monkeypatch.setattr(_more_effects, "_pairs", lambda *asked: [])
     deeper = _more_effects.one_more_effect(comparison, 1, lambda: None)
     (pair,) = [hypothesis for hypothesis in deeper.hypotheses if len(hypothesis.effects) == 2]
     assert abs(place_of_mass(pair) - TRUE_PLACE) < 0.01

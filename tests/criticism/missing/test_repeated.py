@@ -227,6 +227,19 @@ def test_one_more_mode_is_tried_however_little_it_promises(found, monkeypatch):
     assert [kind_of(group[0][1]) for group in pairs] == ["point_mass", "further_mode"]
 
 
+def test_what_is_given_up_keeps_its_place_among_the_kinds_that_promise_most(found, monkeypatch):
+    null = found.of(())
+    mass, gain, delay = (
+        Mock(effect=effect, problem=null.problem.with_effect(effect))
+        for kind in ("point_mass", "gain_error", "time_delay")
+        for effect in effects.library(experiment(), [kind]).effects[:1]
+    )
+    monkeypatch.setattr(_more_effects, "_by_promise", lambda *_: [mass, gain, delay])
+    pool = found._replace(hypotheses=[null], candidates=[mass, gain, delay])
+    pairs = _more_effects._pairs(pool, [null], 2, lambda effect: effect is mass.effect)
+    assert [[effect for _, effect in of_kind] for of_kind in pairs] == [[gain.effect]]
+
+
 def test_one_mass_is_not_two():
     hypotheses = searched(MASS)
     assert {len(h.effects) for h in hypotheses.hypotheses} == {0, 1, 2}
