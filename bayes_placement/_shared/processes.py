@@ -15,7 +15,7 @@ import time
 import warnings
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from threading import Thread
 from typing import TypeAlias
 
@@ -145,7 +145,10 @@ def _started(count: int) -> Executor:
 @contextmanager
 def starting() -> Iterator[None]:
     """Start processes that say nothing of a killed run, and that Ctrl-C does not reach."""
-    with _interrupts_held(), _quiet_trackers():
+    # What tidies up after a killed run reads its filters when it starts.
+    filters = os.environ.get("PYTHONWARNINGS"), "ignore:resource_tracker:UserWarning"
+    quiet = environment({"PYTHONWARNINGS": ",".join(filter(None, filters))})
+    with _interrupts_held(), quiet:
         yield
 
 
@@ -160,12 +163,6 @@ def _interrupts_held() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _quiet_trackers() -> AbstractContextManager[None]:
-    """Let what tidies up after a killed run say nothing; it reads its filters when it starts."""
-    filters = os.environ.get("PYTHONWARNINGS"), "ignore:resource_tracker:UserWarning"
-    return environment({"PYTHONWARNINGS": ",".join(filter(None, filters))})
 
 
 @contextmanager

@@ -161,13 +161,8 @@ def explored_model(request: Request, suffix: str, page: "LivePage") -> Path:
     known = {effect.name for effect in given.effects}
     added = [effect for effect in session.model.experiment.effects if effect.name not in known]
     values = {name: float(value) for name, value in session.model.values.items()}
-    path = _new_path(request.path, suffix)
+    names = (f"{request.path.stem}_explored_{n}{suffix}" for n in itertools.count(1))
+    path = next(new for new in map(request.path.with_name, names) if not new.exists())
     model = CompletedModel(path, request.path, request.data, request.model_error)
     model.write_effects(given, added, {}, values)
     return path
-
-
-def _new_path(model: Path, suffix: str) -> Path:
-    """A file or folder beside the model that is not there yet."""
-    names = (f"{model.stem}_explored_{number}{suffix}" for number in itertools.count(1))
-    return next(path for path in (model.with_name(name) for name in names) if not path.exists())
