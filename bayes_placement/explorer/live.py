@@ -205,7 +205,8 @@ class LivePage:
         self.tell("modes", **modes_for_page(self.session))
 
     def _on_save(self, what: str) -> None:
-        report, save = self.around.report, self.around.saves.get(what)
+        given = self.around.given
+        report, save = given.report, given.saves.get(what)
         if what == REPORT and report is not None:
             self._begin_at_hand(REPORT, write=report.writer(self))
         elif save is None:
@@ -222,7 +223,7 @@ class LivePage:
     def asked(self, experiment: Experiment) -> AskedOfWorker:
         """What a worker needs of a model."""
         return AskedOfWorker(
-            experiment, self.session.measurement, self.around.baseline, self.around.store
+            experiment, self.session.measurement, self.around.baseline, self.around.given.fits
         )
 
     def _begin_at_hand(self, task: str, **further: object) -> None:
@@ -255,8 +256,8 @@ class LivePage:
             self.session.go(self._begun_at)  # what was done meanwhile is another branch
             self._do(Refitted(told.content))
         elif task == REPORT:
-            assert self.around.report is not None
-            self._tell_saved(task, self.around.report.take_over(told.content))
+            assert self.around.given.report is not None
+            self._tell_saved(task, self.around.given.report.take_over(told.content))
         else:
             self._take_over(told.content)
 

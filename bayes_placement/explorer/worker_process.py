@@ -30,7 +30,7 @@ from ..design.next_measurement import next_measurement
 from ..experiment.variants import with_lines_at
 from ..inference.alternative_explanation import Alternative
 from ..inference.estimates import scalars
-from .candidates import Offered, offered
+from .candidates import offered
 from .worker import NICE, AskedOfWorker, SharedArrays, Task, read, write
 
 LARGE = 600e6
@@ -51,11 +51,6 @@ def as_given(asked: AskedOfWorker, tell: Tell) -> dict[str, float]:
         for name, value in fit.values.items()
         for word, number in scalars(name, value[None, None])
     }
-
-
-def kinds_offered(asked: AskedOfWorker, tell: Tell) -> list[Offered]:
-    """Effects that can be added."""
-    return offered(asked.experiment)
 
 
 def check_data(asked: AskedOfWorker, tell: Tell) -> list[str]:
@@ -128,7 +123,7 @@ def next_one(asked: AskedOfWorker, tell: Tell, alternatives: Sequence[Alternativ
 
 
 TASKS: Mapping[str, Callable[..., object]] = {
-    "offered": kinds_offered,
+    "offered": lambda asked, tell: offered(asked.experiment),
     "as_given": as_given,
     "check_data": check_data,
     "fit": fit,
