@@ -158,8 +158,7 @@ def explored_model(request: Request, suffix: str, page: "LivePage") -> Path:
     """
     session = page.session
     given = session.states[0].model.experiment
-    known = {effect.name for effect in given.effects}
-    added = [effect for effect in session.model.experiment.effects if effect.name not in known]
+    added = session.new_effects(session.model)
     values = {name: float(value) for name, value in session.model.values.items()}
     names = (f"{request.path.stem}_explored_{n}{suffix}" for n in itertools.count(1))
     path = next(new for new in map(request.path.with_name, names) if not new.exists())

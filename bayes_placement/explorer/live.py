@@ -1,13 +1,10 @@
 """The model behind a page: it answers messages and hears of its workers, in one thread."""
 
-import sys
-import traceback
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .._shared.compiled import of_jax
-from .._shared.errors import PackageError
 from .._shared.files import Json
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
@@ -28,7 +25,7 @@ from .page_frames import (
 )
 from .response import LastUsed, Response, ResponseOf, items_of
 from .session import Session
-from .worker import AskedOfWorker, Told, Worker
+from .worker import AskedOfWorker, Told, Worker, failure
 
 if TYPE_CHECKING:
     from ..criticism.missing.fitted_model import FittedModel
@@ -101,12 +98,8 @@ class LivePage:
             getattr(self, f"_on_{message.do}")(**message.content)
             if self._is_behind and not others_wait:
                 self._tell_all()
-        except PackageError as error:
-            self.tell("error", words=str(error))
         except Exception as error:  # noqa: BLE001  the page goes on, and says what happened
-            traceback.print_exc(file=sys.stderr)
-            reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
-            self.tell("error", words=f"This failed: {reason}. Please report it.")
+            self.tell("error", words=failure(error))
 
     def close(self) -> None:
         """End the workers and keep the state."""
