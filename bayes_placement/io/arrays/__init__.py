@@ -28,8 +28,8 @@ def load_mat(path: Path) -> NamedArrays:
 
     with reading(path, _MAT, _SAVE_AGAIN):
         variables = _mat_gate.variables(existing(path, "a MATLAB file").read_bytes())
-        names = [variable.name for variable in variables if not variable.reason]
-        left_out = {variable.name: variable.reason for variable in variables if variable.reason}
+        names = [name for name, reason in variables.items() if not reason]
+        left_out = {name: reason for name, reason in variables.items() if reason}
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # what a library skips would be missing without a word
             content = pymatreader.read_mat(path, variable_names=names) if names else {}
