@@ -10,7 +10,7 @@ import warnings
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -30,41 +30,45 @@ OF_HELPERS = (
 """What helpers need for a search and its figures; they import it while the model is read."""
 
 
+class Common(NamedTuple):
+    """What every command is given."""
+
+    model: Path
+    command: str
+    out: Path | None
+    quiet: bool
+    as_json: bool
+    report: bool
+    no_cache: bool
+    traceback: bool
+    searches: bool
+
+
 @contextmanager
-def begun(
-    model: Path,
-    command: str,
-    *,
-    searches: bool,
-    out: Path | None,
-    quiet: bool,
-    as_json: bool,
-    report: bool,
-    no_cache: bool,
-    traceback: bool,
-) -> Iterator["Output"]:
+def begun(options: Common) -> Iterator["Output"]:
     """Run a command in its folder, with the compilation cache, and with errors for people."""
-    with errors_in_words(model, show_traceback=traceback, as_json=as_json):
+    with errors_in_words(options.model, show_traceback=options.traceback, as_json=options.as_json):
         # Zeros and overflows within this package and its libraries are treated where they occur;
         # those of a model file are the user's to see.
         warnings.filterwarnings(
             "ignore", category=RuntimeWarning, module=r"(?!_model_)", append=True
         )
         fits = None
-        if not no_cache:
+        if not options.no_cache:
             use_compilation_cache()
             fits = folder_of_fits()
-        if searches:
+        if options.searches:
             from .._shared.processes import begin_with_helpers
 
             begin_with_helpers(*OF_HELPERS)
         from ._result_folder import result_folder
 
-        place = None if out is None else out.absolute()
-        with result_folder(model.absolute(), command, place) as folder:
+        out = None if options.out is None else options.out.absolute()
+        with result_folder(options.model.absolute(), options.command, out) as folder:
             from ._run import Output
 
-            yield Output(folder, quiet, as_json, report, fits, traceback)
+            shown = options.quiet, options.as_json, options.report
+            yield Output(folder, *shown, fits, options.traceback)
 
 
 SHORTEST_COMPILATION = 0.01
@@ -177,7 +181,8 @@ def command(
             # What computes nothing has nothing to cache.
             given = {word: options.pop(word, word == "no_cache") for word in shared}
             model, word = options[parameters[0].name], name or function.__name__
-            with begun(model, word, searches=searches, **given) as output:
+            common = Common(model, word, **given, searches=searches)
+            with begun(common) as output:
                 code = function(output, **_absolute(options))
                 if code:
                     raise typer.Exit(code)

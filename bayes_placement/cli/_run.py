@@ -129,8 +129,6 @@ class Run:
         """Draw and write figures by the names of their files, in a helper where one is idle.
 
         One that cannot be drawn is a sentence at the end of the run, which ends for no picture.
-
-        Each drawing draws figures that belong together.
         """
         for drawing in drawings:
             self.attempt("A figure", partial(self._begin_figures, drawing))

@@ -129,6 +129,10 @@ THIRD_RECORD = 103 + 100 + 3  # behind the header: its place, its length, marks 
 TRANSLATIONS = [1, 2, 3]
 
 
+class RefusedAnsysFile(Exception):  # noqa: N818, its name is the word that people read
+    """A file that is not read; the process that asked for it makes our error of its words."""
+
+
 def _ansys(path: str) -> Read:
     """Entries of the matrices of a `.full` file, or modes and nodes of a `.rst` file."""
     from ansys.mapdl import reader
@@ -142,15 +146,15 @@ def _matrices(file: "FullFile") -> Read:
     """Upper triangles, sorted by node and direction; rows that are held are empty."""
     header = file._header
     if header["ncefull"]:
-        raise ValueError("it holds constraint equations, which are not read")
+        raise RefusedAnsysFile("it holds constraint equations, which are not read")
     dof, stiffness, mass = file.load_km(sort=True)
     if stiffness is None or mass is None:
-        raise ValueError("it holds no stiffness or no mass; write it in a modal analysis")
+        raise RefusedAnsysFile("it holds no stiffness or no mass; write it in a modal analysis")
     known = [int(number) for number in file.read_record(THIRD_RECORD)[: int(header["numdof"])]]
     counts = {int(count) for count in file.ndof}
     complete = counts <= {len(known)} or (counts <= {3, len(known)} and known[:3] == TRANSLATIONS)
     if not complete:
-        raise ValueError(f"its nodes have {sorted(counts)} of the degrees of freedom {known}")
+        raise RefusedAnsysFile(f"its nodes have {sorted(counts)} of the degrees of freedom {known}")
     arrays = {"dof": np.column_stack([dof[:, 0], np.array(known)[dof[:, 1]]]).astype(np.int64)}
     for name, matrix in (("stiffness", stiffness.tocoo()), ("mass", mass.tocoo())):
         arrays[f"{name} row"] = matrix.row.astype(np.int64)
@@ -163,7 +167,7 @@ def _modes(file: Any) -> Read:
     """Natural frequencies, shapes [mode, node, direction] and nodes."""
     names = list(file.result_dof(0))
     if file.n_sector and file.n_sector > 1:
-        raise ValueError("it holds a cyclic sector")
+        raise RefusedAnsysFile("it holds a cyclic sector")
     shapes = [file.nodal_solution(mode) for mode in range(file.n_results)]
     nodes = dict(zip(file.mesh.nnum.tolist(), np.asarray(file.mesh.nodes).tolist(), strict=True))
     numbers = shapes[0][0]

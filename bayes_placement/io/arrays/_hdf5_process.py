@@ -20,6 +20,10 @@ PACKED = {"scale_factor", "add_offset"}  # attributes of netCDF
 REFERENCES = "#refs#"
 
 
+class RefusedHDF5File(Exception):  # noqa: N818, its name is the word that people read
+    """A file that is not read; the process that asked for it makes our error of its words."""
+
+
 def read(path: str, most: int) -> tuple[dict[str, np.ndarray], dict[str, object]]:
     """Arrays by name, with the units that are stated with them and what was left out.
 
@@ -49,7 +53,7 @@ def _datasets(
 ) -> Iterator[tuple[str, h5py.Dataset]]:
     """Datasets by name; no link is followed that leaves the file or comes back to a group."""
     if depth > DEEPEST or len(seen) > MOST_OBJECTS:
-        raise ValueError(f"groups are nested more than {DEEPEST} deep, or are too many")
+        raise RefusedHDF5File(f"groups are nested more than {DEEPEST} deep, or are too many")
     for key in group:
         name = f"{prefix}{key}"
         if not isinstance(group.get(key, getlink=True), h5py.HardLink):
@@ -83,7 +87,9 @@ def _fault(dataset: h5py.Dataset) -> str:
     if PACKED & set(dataset.attrs):
         return "it is packed by scale_factor and add_offset, which are not applied"
     if dataset.nbytes > SMALL + GREATEST_RATIO * stored:
-        raise ValueError(f"{dataset.name} announces {dataset.nbytes} bytes in {stored} stored ones")
+        raise RefusedHDF5File(
+            f"{dataset.name} announces {dataset.nbytes} bytes in {stored} stored ones"
+        )
     return ""
 
 
@@ -118,7 +124,7 @@ def _matlab(
 
     wrong = {fault.split("/")[0] for fault in faults}
     if REFERENCES in wrong:
-        raise ValueError(f"{REFERENCES}: {next(iter(faults.values()))}")
+        raise RefusedHDF5File(f"{REFERENCES}: {next(iter(faults.values()))}")
     wanted = [name for name in names if not name.startswith("#") and name not in wrong]
     content = pymatreader.read_mat(path, variable_names=wanted) if wanted else {}
     arrays: dict[str, np.ndarray] = {}
