@@ -128,7 +128,8 @@ def _matlab(
     wanted = [name for name in names if not name.startswith("#") and name not in wrong]
     content = pymatreader.read_mat(path, variable_names=wanted) if wanted else {}
     arrays: dict[str, np.ndarray] = {}
-    collect(content, "", arrays, faults)
+    in_order = {name: content[name] for name in wanted if name in content}
+    collect(in_order, "", arrays, faults)
     return arrays, {"form": "a MATLAB 7.3 file", "units": {}, "faults": faults}
 
 

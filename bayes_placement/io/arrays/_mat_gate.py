@@ -110,7 +110,12 @@ def _variable(walk: _Walk, element: _Element) -> tuple[str, str]:
         element = unpacked[0]
     if element.kind != _MATRIX:
         raise InputError(f"an element of type {element.kind} stands where a variable is needed")
-    return _checked(walk, element)
+    name = _name(list(itertools.islice(_elements(walk, element.content), 3)))
+    try:
+        _check_matrix(walk, element, 0)
+    except _Foreign as foreign:
+        return name, str(foreign)
+    return name, ""
 
 
 def _unpacked(walk: _Walk, content: memoryview) -> memoryview:
@@ -124,17 +129,6 @@ def _unpacked(walk: _Walk, content: memoryview) -> memoryview:
     if not machine.eof or machine.unused_data:
         raise InputError("a compressed variable has another length than it announces")
     return memoryview(data)
-
-
-def _checked(walk: _Walk, element: _Element) -> tuple[str, str]:
-    parts = _elements(walk, element.content)
-    header = [part for part, _ in zip(parts, range(3), strict=False)]
-    name = _name(header)
-    try:
-        _check_matrix(walk, element, 0)
-    except _Foreign as foreign:
-        return name, str(foreign)
-    return name, ""
 
 
 def _name(header: list[_Element]) -> str:
