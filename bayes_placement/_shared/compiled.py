@@ -48,14 +48,12 @@ def of_jax(tree: object, least: int = 0) -> Any:
     One of NumPy is copied at each call, unless it happens to begin at a multiple of 64 bytes: a
     structure with 30 MB of them took up to five times as long.
     """
-    return jax.tree.map(
-        lambda leaf: jnp.asarray(leaf) if _is_of_numpy(leaf, least) else leaf,
-        tree,
-    )
 
+    def converted(leaf: object) -> object:
+        is_large = isinstance(leaf, np.ndarray) and leaf.nbytes >= least
+        return jnp.asarray(leaf) if is_large else leaf
 
-def _is_of_numpy(leaf: object, least: int) -> bool:
-    return isinstance(leaf, np.ndarray) and leaf.nbytes >= least
+    return jax.tree.map(converted, tree)
 
 
 class Compiled(Generic[Result]):
@@ -219,13 +217,10 @@ def _parts(form: _Form, leaves: list[object], is_input: Callable[[object], bool]
 
 def _of_stated_type(leaf: object) -> object:
     """A number whose type JAX does not adapt: it compiles once more for one that it would."""
-    if isinstance(leaf, jax.core.Tracer) or not getattr(leaf, "weak_type", _is_of_python(leaf)):
+    is_of_python = type(leaf) in (float, complex)
+    if isinstance(leaf, jax.core.Tracer) or not getattr(leaf, "weak_type", is_of_python):
         return leaf
     return np.asarray(leaf)
-
-
-def _is_of_python(leaf: object) -> bool:
-    return type(leaf) in (float, complex)
 
 
 Programs: TypeAlias = Callable[[_Key, _Options], jax.stages.Wrapped]

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from types import ModuleType
+from typing import Any
 
 import loky
 
@@ -13,7 +14,7 @@ from .arguments import arguments_checked
 from .errors import InputError, MissingExtraError
 from .parts import Result
 from .precision import LEAST_THREADS
-from .processes import ENVIRONMENT, begin_helper, settings_of_jax, starting
+from .processes import ENVIRONMENT, pool_of
 
 
 @arguments_checked
@@ -86,16 +87,9 @@ class WorkerProcesses(Executor):
         """End all processes; parts that were not begun are left."""
         self._pool.shutdown(wait, kill_workers=cancel_futures)
 
-    def _new_pool(self) -> loky.ProcessPoolExecutor:
-        with starting():
-            pool = loky.ProcessPoolExecutor(
-                self._count,
-                initializer=begin_helper,
-                initargs=(settings_of_jax(), os.getpid()),
-                env=ENVIRONMENT | _thread_limits(self._count),
-            )
-            pool.submit(os.getpid)  # processes start with the first task
-        return pool
+    def _new_pool(self) -> Any:
+        environment = ENVIRONMENT | _thread_limits(self._count)
+        return pool_of(loky.ProcessPoolExecutor, self._count, env=environment)
 
 
 def _thread_limits(count: int) -> dict[str, str]:

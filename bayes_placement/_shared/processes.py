@@ -13,9 +13,9 @@ import signal
 import sys
 import time
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from threading import Thread
 from typing import TypeAlias
 
@@ -129,24 +129,21 @@ def started_helpers() -> tuple[Executor | None, int]:
 
 def _started(count: int) -> Executor:
     global _started_before
-    with starting():
-        helpers = loky.get_reusable_executor(
-            max_workers=count,
-            timeout=IDLE,
-            initializer=begin_helper,
-            initargs=(settings_of_jax(), os.getpid()),
-            env=ENVIRONMENT,
-        )
-        helpers.submit(os.getpid)  # processes start with the first task
+    helpers = pool_of(loky.get_reusable_executor, count, timeout=IDLE, env=ENVIRONMENT)
     _started_before = True
     return helpers
 
 
-@contextmanager
-def starting() -> Iterator[None]:
+def pool_of(make: Callable[..., Executor], count: int, **settings: object) -> Executor:
     """Start processes that say nothing of a killed run, and that Ctrl-C does not reach."""
-    with _interrupts_held(), _quiet_trackers():
-        yield
+    # What tidies up after a killed run reads its filters when it starts.
+    filters = os.environ.get("PYTHONWARNINGS"), "ignore:resource_tracker:UserWarning"
+    quiet = environment({"PYTHONWARNINGS": ",".join(filter(None, filters))})
+    begin = {"initializer": begin_helper, "initargs": (settings_of_jax(), os.getpid())}
+    with _interrupts_held(), quiet:
+        pool = make(max_workers=count, **begin, **settings)
+        pool.submit(os.getpid)  # processes start with the first task
+    return pool
 
 
 @contextmanager
@@ -160,12 +157,6 @@ def _interrupts_held() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _quiet_trackers() -> AbstractContextManager[None]:
-    """Let what tidies up after a killed run say nothing; it reads its filters when it starts."""
-    filters = os.environ.get("PYTHONWARNINGS"), "ignore:resource_tracker:UserWarning"
-    return environment({"PYTHONWARNINGS": ",".join(filter(None, filters))})
 
 
 @contextmanager

@@ -114,6 +114,7 @@ def _processor() -> str:
 
 
 Function = Callable[..., int]
+BY_POSITION = inspect.Parameter.POSITIONAL_OR_KEYWORD
 
 _SHARED = {
     "quiet": (Quiet, False),
@@ -169,7 +170,11 @@ def command(
         parameters = [*inspect.signature(function).parameters.values()][1:]
         source = "MODEL" if parameters[0].name == "model" else "FILE"
         shared = {"out": (out(source, name or function.__name__), None), **_SHARED}
-        parameters += [_option(word, *shared[word]) for word in shared if word not in without]
+        parameters += [
+            inspect.Parameter(word, BY_POSITION, default=default, annotation=annotation)
+            for word, (annotation, default) in shared.items()
+            if word not in without
+        ]
 
         @functools.wraps(function)
         def run(**options: Any) -> None:
@@ -196,11 +201,6 @@ def _absolute(options: dict[str, object]) -> dict[str, object]:
         word: value.absolute() if isinstance(value, Path) else value
         for word, value in options.items()
     }
-
-
-def _option(name: str, annotation: object, default: object) -> inspect.Parameter:
-    kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
-    return inspect.Parameter(name, kind, default=default, annotation=annotation)
 
 
 def examples(*lines: str) -> str:

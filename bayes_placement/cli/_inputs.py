@@ -6,17 +6,20 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from .._shared.errors import InfeasibleError, InputError, UsageError
 from .._shared.progress import Progress
+from ..experiment._experiment_checks import at_levels
+from ..experiment._measurement_words import span_in_words
 from ..experiment.data_checks import DataChecks
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.modal_parameters import ModalParameters
 from ..experiment.model_error import Embedded
-from ..experiment.variants import observing_modes
+from ..experiment.variants import observing_modes, with_lines_at
 from ..io import case, formats, modal_parameters, model
 from ..io._gate import files_read
 from ..io._modal_arrays import holds_modal_parameters
-from ._lines import ChosenLines, choose_lines
 from ._run import KeptAnswer, Output, Run
 from ._terminal import Screen
 
@@ -27,13 +30,17 @@ if TYPE_CHECKING:  # they take long to import, and a page stands before
 
 
 class Inputs(NamedTuple):
-    """What a command was given and has read, with the faults of the data that were printed."""
+    """What a command was given and has read, with the faults of the data that were printed.
+
+    `is_thinned` says that lines were left out.
+    """
 
     screen: Screen
     run: Run
     study: model.Study
     measurement: Measurements
     data_faults: list[str]
+    is_thinned: bool = False
 
     @property
     def experiment(self) -> Experiment:
@@ -48,11 +55,14 @@ def read_inputs(
     output: Output,
     most_lines: int | None,
     model_error: bool = False,
+    *,
+    is_quick: bool = False,
     **settings: Any,
 ) -> Inputs:
     """Read study and measurement, make the folder of the results, and print what is begun with.
 
-    That is the experiment, which lines are taken and why, and what is wrong with the data.
+    That is the experiment, which lines are taken and why, and what is wrong with the data; of what
+    is to be quick, the lines alone.
 
     No `most_lines` means all, as long as there are not too many values. `model_error` says that
     modes and channels differ from the model by unknown sizes; one that the study declares stays.
@@ -63,15 +73,74 @@ def read_inputs(
         study, measurement = read_both(path, data, command)
     if model_error and study.experiment.model_error is None:
         study = study._replace(experiment=study.experiment.with_model_error(Embedded()))
-    lines = chosen_lines(screen, study, measurement, most_lines)
+    given, lines = study.experiment, chosen_lines(screen, study, measurement, most_lines)
     study = study._replace(experiment=lines.experiment)
     has_error = study.experiment.model_error is not None
     settings = {"lines": most_lines, "model_error": has_error, **settings}
     run = output.begin(command, path, files=files, **settings)
-    screen.text(f"{study.experiment}\n")
+    if not is_quick:
+        screen.text(f"{study.experiment}\n")
     screen.text(lines.sentence)
-    faults = print_data_faults(screen, study, measurement, output.fits, stops=True)
-    return Inputs(screen, run, study, measurement, faults)
+    faults = (
+        [] if is_quick else print_data_faults(screen, study, measurement, output.fits, stops=True)
+    )
+    return Inputs(screen, run, study, measurement, faults, lines.experiment is not given)
+
+
+MOST_VALUES = 50_000
+"""Most values of FRFs that are taken where no number of lines is asked for."""
+
+
+class ChosenLines(NamedTuple):
+    """The experiment at the lines that are taken, and a sentence that says which and why."""
+
+    experiment: Experiment
+    sentence: str
+
+
+def choose_lines(
+    experiment: Experiment, measurement: Measurements, most: int | None
+) -> ChosenLines:
+    """Take at most some lines of an experiment, those at which its measurement changes most.
+
+    None means as many as make 50,000 values.
+    """
+    if experiment.observe.is_modal:
+        return ChosenLines(experiment, _words_on_modes(experiment, measurement))
+    channels = experiment.sensor_channels, experiment.actuator_channels
+    runs = [
+        run.lines(np.asarray(experiment.frequency)).channels(*channels)
+        for run in at_levels(measurement, experiment.force_levels)
+    ]
+    pairs = sum(int(run.measured.sum()) for run in runs)
+    limit = most if most is not None else max(1, MOST_VALUES // pairs)
+    lines = runs[0].frequency
+    if lines.size <= limit:
+        return ChosenLines(
+            experiment, f"Lines: all {lines.size} of the experiment, {span_in_words(lines)}."
+        )
+    kept = runs[0].thinned(limit, together=runs[1:]).frequency
+    reason = (
+        f"--lines {most} was given"
+        if most is not None
+        else f"{lines.size * pairs} values take long (--lines {lines.size} takes all)"
+    )
+    return ChosenLines(
+        with_lines_at(experiment, np.searchsorted(lines, kept)),
+        f"Lines: {kept.size} of {lines.size}, {span_in_words(kept)}, dense where the FRFs change "
+        f"most against their noise, since {reason}.",
+    )
+
+
+def _words_on_modes(experiment: Experiment, measurement: Measurements) -> str:
+    """Say which modes are taken, and which of their shapes are not."""
+    words = f"Modes: all {np.size(experiment.frequency)} that were measured"
+    measured = measurement.sensors if isinstance(measurement, ModalParameters) else ()
+    names = dict.fromkeys(channel.name for channel in measured)
+    others = [name for name in names if name not in experiment.sensor]
+    if not others:
+        return f"{words}."
+    return f"{words}; shapes at {', '.join(others)} not, since the model has no such sensors."
 
 
 def chosen_lines(

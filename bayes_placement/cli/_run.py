@@ -108,7 +108,9 @@ class Run:
 
     def json(self, name: str, content: Json) -> None:
         """Write numbers and words, with the record of the run, as JSON."""
-        record = {**content.get("record", {}), **self._request()}
+        changing = {"finished", "files", "verdict", "exit_code", "seconds"}
+        request = {key: value for key, value in self.record.items() if key not in changing}
+        record = {**content.get("record", {}), **request}
         write_json(self.folder / name, {**content, "record": record})
         self._note(name)
 
@@ -127,8 +129,6 @@ class Run:
         """Draw and write figures by the names of their files, in a helper where one is idle.
 
         One that cannot be drawn is a sentence at the end of the run, which ends for no picture.
-
-        Each drawing draws figures that belong together.
         """
         for drawing in drawings:
             self.attempt("A figure", partial(self._begin_figures, drawing))
@@ -224,11 +224,6 @@ class Run:
         if path not in self.record["files"]:
             self.record["files"].append(path)
         self._write_record()
-
-    def _request(self) -> Json:
-        """Record without what changes while the run goes on."""
-        changing = {"finished", "files", "verdict", "exit_code", "seconds"}
-        return {key: value for key, value in self.record.items() if key not in changing}
 
     def _write_record(self) -> None:
         others = records(self.top)

@@ -30,7 +30,6 @@ from ..laws.law import Law
 from ..positions.places import Straight
 
 if TYPE_CHECKING:
-    from ..criticism.missing.fitted_model import FittedModel
     from ..criticism.missing.ledger import Ledger
 
 HEAD = '''\
@@ -92,7 +91,10 @@ class CompletedModel(NamedTuple):
         added = [effect for effect in ledger.experiment.effects if effect.name not in known]
         last = ledger.steps[-1]
         means = {name: item.mean for name, item in last.parameters.items()}
-        words = {effect.name: _sizes_in_words(effect, last) for effect in added}
+        words = {
+            name: ", ".join(f"{word} {item.with_interval()}" for word, item in sizes.items())
+            for name, sizes in ((effect.name, last.estimates_of(effect.name)) for effect in added)
+        }
         self.write_effects(experiment, added, words, means)
 
     def write_effects(
@@ -165,11 +167,6 @@ def completed_model(
             f"folder holds its own data and no model error: --save {model.stem}_completed.py."
         )
     return CompletedModel(path, model, data, model_error)
-
-
-def _sizes_in_words(effect: Effect, found: "FittedModel") -> str:
-    numbers = found.estimates_of(effect.name).items()
-    return ", ".join(f"{word} {item.with_interval()}" for word, item in numbers)
 
 
 def _addition(experiment: Experiment, effect: Effect, words: str, original: str) -> str:

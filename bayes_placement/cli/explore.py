@@ -11,13 +11,11 @@ from typing import TYPE_CHECKING
 from .._shared.files import Json
 from .._shared.progress import Progress
 from ..experiment.experiment import Measurements
-from ..experiment.model_error import Embedded
 from ..explorer.opened import Given, opened
 from ..explorer.page_frames import LongSave
 from ..inference.engines import MAP
-from ..io._gate import files_read
 from ..io.model import Study
-from ._inputs import Inputs, chosen_lines, infer_posterior, named_method, read_both
+from ._inputs import Inputs, infer_posterior, named_method, read_inputs
 from ._missing_effects import Request
 from ._run import Run
 from ._save import CompletedModel
@@ -35,8 +33,10 @@ Written = tuple[Path, Json]
 
 def run(request: Request, port: int, browser: bool) -> int:
     """Open the page, and serve it until Ctrl-C."""
-    inputs, head = _read(request)
-    screen, run = inputs.screen, inputs.run
+    # Nothing that takes time before the page stands.
+    asked = request.path, request.data, "explore", request.output, request.most_lines
+    inputs = read_inputs(*asked, request.model_error, is_quick=True)
+    screen, run, head = inputs.screen, inputs.run, _head(request, is_thinned=inputs.is_thinned)
     kept, saves = (run.shared, run.fits), _saves(request)
     given = Given(request.path.stem, head, *kept, port, saves, PageReport(inputs))
     baseline = request.earlier(inputs.study)
@@ -59,23 +59,6 @@ def run(request: Request, port: int, browser: bool) -> int:
     return run.finish(screen, words, {"script": explorer.session.script()})
 
 
-def _read(request: Request) -> tuple[Inputs, str]:
-    """Read study and measurement, and nothing that takes time before the page stands."""
-    output = request.output
-    with files_read() as files:
-        study, measurement = read_both(request.path, request.data, "explore")
-    experiment = study.experiment
-    if request.model_error and experiment.model_error is None:
-        experiment = experiment.with_model_error(Embedded())
-    study = study._replace(experiment=experiment)
-    lines = chosen_lines(output.screen, study, measurement, request.most_lines)
-    study = study._replace(experiment=lines.experiment)
-    run = output.begin("explore", request.path, files=files, lines=request.most_lines)
-    output.screen.text(lines.sentence)
-    head = _head(request, is_thinned=lines.experiment is not experiment)
-    return Inputs(output.screen, run, study, measurement, []), head
-
-
 def _head(request: Request, *, is_thinned: bool) -> str:
     """Lines of Python that make experiment and measurement as the page has them."""
     reader = "case" if request.path.is_dir() else "model"
@@ -92,7 +75,7 @@ def _head(request: Request, *, is_thinned: bool) -> str:
     if request.model_error:
         lines.append("experiment = experiment.with_model_error(bp.model_error.Embedded())")
     if is_thinned:
-        lines.insert(0, "from bayes_placement.cli._lines import choose_lines")
+        lines.insert(0, "from bayes_placement.cli._inputs import choose_lines")
         chosen = f"choose_lines(experiment, measurement, {request.most_lines})"
         lines.append(f"experiment = {chosen}.experiment")
     return "\n".join(lines)
@@ -114,7 +97,7 @@ class PageReport(LongSave):
 
     def writer(self, page: "LivePage") -> Callable[[Progress], Written]:
         """Return what the worker calls; a screen stays in its process."""
-        _, run, study, measurement, faults = self.inputs
+        _, run, study, measurement, faults, _ = self.inputs
         if page.ledger is not None:
             return partial(_searched, run, study, measurement, faults, page.ledger)
         return partial(_checked, run, study, measurement, page.session.model)
@@ -175,16 +158,10 @@ def explored_model(request: Request, suffix: str, page: "LivePage") -> Path:
     """
     session = page.session
     given = session.states[0].model.experiment
-    known = {effect.name for effect in given.effects}
-    added = [effect for effect in session.model.experiment.effects if effect.name not in known]
+    added = session.new_effects(session.model)
     values = {name: float(value) for name, value in session.model.values.items()}
-    path = _new_path(request.path, suffix)
+    names = (f"{request.path.stem}_explored_{n}{suffix}" for n in itertools.count(1))
+    path = next(new for new in map(request.path.with_name, names) if not new.exists())
     model = CompletedModel(path, request.path, request.data, request.model_error)
     model.write_effects(given, added, {}, values)
     return path
-
-
-def _new_path(model: Path, suffix: str) -> Path:
-    """A file or folder beside the model that is not there yet."""
-    names = (f"{model.stem}_explored_{number}{suffix}" for number in itertools.count(1))
-    return next(path for path in (model.with_name(name) for name in names) if not path.exists())

@@ -1,7 +1,7 @@
 """`bayes-placement place`: where to measure, so that most is learnt about the parameters."""
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -146,8 +146,8 @@ def _rules(options: Options) -> dict[str, Any]:
     """Rules of the placement, as `place` takes them."""
     return {
         "least_distance": options.least_distance,
-        "forbidden": forbidden_regions(options.forbidden),
-        "cost": costs(options.cost),
+        "forbidden": [_region(word) for word in options.forbidden],
+        "cost": dict(map(_cost, options.cost)),
     }
 
 
@@ -313,12 +313,8 @@ def positions_to_try(experiment: Experiment, search: str, count: int) -> Positio
     return allowed
 
 
-def forbidden_regions(words: Sequence[str]) -> list[Region]:
-    """Low and high corners [m] of regions, from `0.4:0.45` or `0,0,0:0.1,0.1,0` each."""
-    return [_region(word) for word in words]
-
-
 def _region(word: str) -> Region:
+    """Low and high corners [m] of a region, from `0.4:0.45` or `0,0,0:0.1,0.1,0`."""
     try:
         low, high = ([float(number) for number in corner.split(",")] for corner in word.split(":"))
     except ValueError:
@@ -332,12 +328,8 @@ def _region(word: str) -> Region:
     return (low[0], high[0]) if len(low) == 1 else (tuple(low), tuple(high))
 
 
-def costs(words: Sequence[str]) -> dict[str, float]:
-    """Costs [nat] of transducers by name, from `s1=0.1` each."""
-    return dict(map(_cost, words))
-
-
 def _cost(word: str) -> tuple[str, float]:
+    """Name and cost [nat] of a transducer, from `s1=0.1`."""
     name, _, number = word.rpartition("=")
     try:
         cost = float(number)

@@ -10,7 +10,7 @@ import sys
 import time
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from ._result_folder import RECORD, RESULTS
 
@@ -18,22 +18,6 @@ if TYPE_CHECKING:
     from ._terminal import Screen
 
 DAY, MEGABYTE = 86400.0, 1e6
-
-
-class Kept(NamedTuple):
-    """What the folder of a model holds: folders of runs, and their files."""
-
-    folder: Path
-    runs: list[Path]
-    files: list[Path]
-
-    def row(self) -> dict[str, str]:
-        """Number of runs, age of the latest in days, and sizes in MB."""
-        return {
-            "runs": str(len(self.runs)),
-            "latest [days]": f"{min(map(_age, self.runs)):.1f}",
-            "results [MB]": f"{_megabytes(self.files):.1f}",
-        }
 
 
 def run(folder: Path | None, clean: bool, screen: "Screen") -> None:
@@ -44,10 +28,9 @@ def run(folder: Path | None, clean: bool, screen: "Screen") -> None:
     import pandas as pd
 
     top = RESULTS if folder is None else folder
-    kept = list(_kept_in(top))
-    table = pd.DataFrame([model.row() for model in kept], [model.folder.name for model in kept])
+    table = pd.DataFrame.from_dict(dict(_kept_in(top)), orient="index")
     fits = files_of_fits()
-    if kept:
+    if len(table):
         screen.table(table, "model")
     else:
         screen.text(f"No results are in {top}/.")
@@ -63,13 +46,20 @@ def run(folder: Path | None, clean: bool, screen: "Screen") -> None:
     )
 
 
-def _kept_in(top: Path) -> Iterator[Kept]:
-    """Folders of models, each with at least one run."""
+def _kept_in(top: Path) -> Iterator[tuple[str, dict[str, str]]]:
+    """Name of each model of which there are runs: their number, age of the latest, and sizes."""
     for folder in sorted(path for path in top.glob("*") if path.is_dir()):
         runs = [path.parent for path in folder.glob(f"*/{RECORD}")]
         if runs:
             files = [file for run in runs for file in run.rglob("*") if file.is_file()]
-            yield Kept(folder, runs, files)
+            yield (
+                folder.name,
+                {
+                    "runs": str(len(runs)),
+                    "latest [days]": f"{min(map(_age, runs)):.1f}",
+                    "results [MB]": f"{_megabytes(files):.1f}",
+                },
+            )
 
 
 def _verdict(fits: list[Path], clean: bool) -> str:

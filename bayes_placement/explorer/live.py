@@ -1,13 +1,10 @@
 """The model behind a page: it answers messages and hears of its workers, in one thread."""
 
-import sys
-import traceback
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .._shared.compiled import of_jax
-from .._shared.errors import PackageError
 from .._shared.files import Json
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
@@ -28,7 +25,7 @@ from .page_frames import (
 )
 from .response import LastUsed, Response, ResponseOf, items_of
 from .session import Session
-from .worker import AskedOfWorker, Told, Worker
+from .worker import AskedOfWorker, Told, Worker, failure
 
 if TYPE_CHECKING:
     from ..criticism.missing.fitted_model import FittedModel
@@ -101,12 +98,8 @@ class LivePage:
             getattr(self, f"_on_{message.do}")(**message.content)
             if self._is_behind and not others_wait:
                 self._tell_all()
-        except PackageError as error:
-            self.tell("error", words=str(error))
         except Exception as error:  # noqa: BLE001  the page goes on, and says what happened
-            traceback.print_exc(file=sys.stderr)
-            reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
-            self.tell("error", words=f"This failed: {reason}. Please report it.")
+            self.tell("error", words=failure(error))
 
     def close(self) -> None:
         """End the workers and keep the state."""
@@ -205,7 +198,8 @@ class LivePage:
         self.tell("modes", **modes_for_page(self.session))
 
     def _on_save(self, what: str) -> None:
-        report, save = self.around.report, self.around.saves.get(what)
+        given = self.around.given
+        report, save = given.report, given.saves.get(what)
         if what == REPORT and report is not None:
             self._begin_at_hand(REPORT, write=report.writer(self))
         elif save is None:
@@ -222,7 +216,7 @@ class LivePage:
     def asked(self, experiment: Experiment) -> AskedOfWorker:
         """What a worker needs of a model."""
         return AskedOfWorker(
-            experiment, self.session.measurement, self.around.baseline, self.around.store
+            experiment, self.session.measurement, self.around.baseline, self.around.given.fits
         )
 
     def _begin_at_hand(self, task: str, **further: object) -> None:
@@ -255,8 +249,8 @@ class LivePage:
             self.session.go(self._begun_at)  # what was done meanwhile is another branch
             self._do(Refitted(told.content))
         elif task == REPORT:
-            assert self.around.report is not None
-            self._tell_saved(task, self.around.report.take_over(told.content))
+            assert self.around.given.report is not None
+            self._tell_saved(task, self.around.given.report.take_over(told.content))
         else:
             self._take_over(told.content)
 

@@ -1,13 +1,11 @@
 """What a page may ask for: each message is checked field by field before anything is done."""
 
 import json
-from collections.abc import Callable, Mapping
-from typing import NamedTuple, TypeAlias
+from collections.abc import Mapping
+from typing import NamedTuple
 
 from .._shared.files import Json
-from ..io._gate import is_number
-
-Check: TypeAlias = Callable[[object], bool]
+from ..io._gate import Accepts, is_number
 
 LONGEST = 16_384
 """Most letters of a message."""
@@ -47,11 +45,11 @@ def _is_place(value: object) -> bool:
     return isinstance(value, list) and len(value) == 3 and all(map(is_number, value))
 
 
-def _or_none(check: Check) -> Check:
+def _or_none(check: Accepts) -> Accepts:
     return lambda value: value is None or check(value)
 
 
-ALLOWED: Mapping[str, Mapping[str, Check]] = {
+ALLOWED: Mapping[str, Mapping[str, Accepts]] = {
     "move": {"values": _is_values, "serial": _is_count},
     "drag": {"effect": _is_name, "at": _is_place, "serial": _is_count},
     "set": {"values": _is_values},
@@ -93,7 +91,7 @@ def parsed(text: str) -> Message:
     return Message(str(word), {name: _plain(content[name], fields[name]) for name in content})
 
 
-def _plain(value: object, allowed: Check) -> object:
+def _plain(value: object, allowed: Accepts) -> object:
     """Numbers as floats, also those that JSON writes as whole ones; all else as it is."""
     if isinstance(value, dict):
         return {name: float(number) for name, number in value.items()}

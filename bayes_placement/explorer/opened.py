@@ -36,8 +36,9 @@ class Given(NamedTuple):
     port: int = 0
     """Port, or 0 for a free one."""
     saves: Mapping[str, Callable[["LivePage"], Path]] = MappingProxyType({})
+    """What can be saved at once, by its word: each is called with the page, returns the file."""
     report: "LongSave | None" = None
-    """What can be saved, see `Surroundings`."""
+    """How a report is written; None where there is none."""
 
 
 class Explorer:
@@ -182,7 +183,7 @@ def opened(
     place = None if folder is None else folder / FOLDER
     kept = kept_page(place, experiment, measurement, baseline)
     words = kept.take_up(session)
-    around = Surroundings(given.name, baseline, given.fits, kept, given.saves, given.report)
+    around = Surroundings(given, baseline, kept)
 
     def make(send: Callable[[bytes], None], post: Post) -> LivePage:
         return LivePage(session, around, send, post)

@@ -1,7 +1,7 @@
 """What the page is told: structure, modes, unknowns, what was measured and what is predicted."""
 
 import abc
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from .live import LivePage
+    from .opened import Given
 
 REPORT = "report"
 """Word of what takes long to save."""
@@ -122,18 +123,12 @@ class LongSave(abc.ABC):
 class Surroundings(NamedTuple):
     """What a page is given besides model and measurement."""
 
-    name: str
-    """Name of the model."""
+    given: "Given"
+    """What it was opened with."""
     baseline: Measurements | None
     """An earlier state that was measured, or None."""
-    store: Path | None
-    """Folder in which fits are kept, or None."""
     kept: KeptPage
     """Files in which the state is kept."""
-    saves: Mapping[str, Callable[["LivePage"], Path]]
-    """What can be saved at once, by its word: each is called with the page, returns the file."""
-    report: LongSave | None
-    """How a report is written; None where there is none."""
 
 
 def model_frame(session: Session, data: Data, around: Surroundings) -> bytes:
@@ -141,12 +136,12 @@ def model_frame(session: Session, data: Data, around: Surroundings) -> bytes:
     experiment = session.states[0].model.experiment
     header = {
         "is": "model",
-        "name": around.name,
+        "name": around.given.name,
         "words": repr(experiment),
         "pairs": pair_labels(experiment),
         "unit": experiment.observe.label,
         "structure": structure_for_page(experiment),
-        "saves": [*around.saves, *([] if around.report is None else [REPORT])],
+        "saves": [*around.given.saves, *([] if around.given.report is None else [REPORT])],
     }
     arrays = {
         "frequency": np.asarray(experiment.frequency, dtype=float),

@@ -13,6 +13,7 @@ import signal
 import struct
 import subprocess
 import sys
+import traceback
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -24,6 +25,7 @@ import cloudpickle
 import jax
 import numpy as np
 
+from .._shared.errors import PackageError
 from .._shared.processes import SETTINGS
 from ..experiment.experiment import Experiment, Measurements
 
@@ -53,6 +55,15 @@ class Told(NamedTuple):
     with the result, or `failed` with a sentence."""
     content: Any
     """The same."""
+
+
+def failure(error: Exception) -> str:
+    """Say what has failed; where the error is none of ours, its traceback goes to the terminal."""
+    if isinstance(error, PackageError):
+        return str(error)
+    traceback.print_exception(error)
+    reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
+    return f"This failed: {reason}. Please report it."
 
 
 ENDS = ("done", "failed")

@@ -4,7 +4,6 @@ import os
 import queue
 import sys
 import threading
-import traceback
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
@@ -14,10 +13,10 @@ import jax
 import numpy as np
 
 from .._shared.compiled import forget_programs
-from .._shared.errors import PackageError
 from .._shared.files import Json
 from .._shared.garbage import collect_garbage_rarely, give_memory_back, memory_in_use
 from .._shared.progress import Progress
+from ..criticism.fitted import in_scalars
 from ..criticism.kept_fits import fits_kept_in
 from ..criticism.missing.as_given import fitted_as_given
 from ..criticism.missing.from_values import fitted_from
@@ -29,9 +28,8 @@ from ..criticism.reach.reach import Reach
 from ..design.next_measurement import next_measurement
 from ..experiment.variants import with_lines_at
 from ..inference.alternative_explanation import Alternative
-from ..inference.estimates import scalars
-from .candidates import Offered, offered
-from .worker import NICE, AskedOfWorker, SharedArrays, Task, read, write
+from .candidates import offered
+from .worker import NICE, AskedOfWorker, SharedArrays, Task, failure, read, write
 
 LARGE = 600e6
 """Bytes in use from which on compiled functions are forgotten as well."""
@@ -45,17 +43,7 @@ Tell = Callable[[str, object], None]
 
 def as_given(asked: AskedOfWorker, tell: Tell) -> dict[str, float]:
     """Values of the best fit of a model as it is, from many starts."""
-    fit = fitted_as_given(asked.experiment, asked.measurement)
-    return {
-        word: float(number[0, 0])
-        for name, value in fit.values.items()
-        for word, number in scalars(name, value[None, None])
-    }
-
-
-def kinds_offered(asked: AskedOfWorker, tell: Tell) -> list[Offered]:
-    """Effects that can be added."""
-    return offered(asked.experiment)
+    return in_scalars(fitted_as_given(asked.experiment, asked.measurement).values)
 
 
 def check_data(asked: AskedOfWorker, tell: Tell) -> list[str]:
@@ -128,7 +116,7 @@ def next_one(asked: AskedOfWorker, tell: Tell, alternatives: Sequence[Alternativ
 
 
 TASKS: Mapping[str, Callable[..., object]] = {
-    "offered": kinds_offered,
+    "offered": lambda asked, tell: offered(asked.experiment),
     "as_given": as_given,
     "check_data": check_data,
     "fit": fit,
@@ -193,11 +181,5 @@ def _outcome(
     try:
         with fits_kept_in(asked.store):
             return "done", TASKS[task](asked, tell, **arguments)
-    except PackageError as error:
-        return "failed", str(error)
     except Exception as error:  # noqa: BLE001  the page goes on, and says what happened
-        traceback.print_exc()
-        return (
-            "failed",
-            f"{type(error).__name__}: {' '.join(str(error).split())}. Please report it.",
-        )
+        return "failed", failure(error)

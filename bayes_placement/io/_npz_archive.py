@@ -18,7 +18,7 @@ from numpy.lib import format as npy
 from scipy.sparse import sparray
 
 from .._shared.errors import InputError
-from ._gate import check_limit, existing, most
+from ._gate import UnreadableError, check_limit, existing, most
 
 _PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _ENCRYPTED, _PATCHED, _STRONG = 0x1, 0x20, 0x40
@@ -143,32 +143,25 @@ def sparse_matrix(archive: NpzArchive) -> sparray:
     build, needed = _FORMS[form]
     missing = {"shape", "data", *needed} - names
     if missing:
-        raise no_sparse_matrix(
-            archive.path, f"it has no array {sorted(missing)[0]}, which a {form} matrix has"
-        )
+        raise UnreadableError(f"it has no array {sorted(missing)[0]}, which a {form} matrix has")
     shape = _shape(archive)
     arrays = {name: archive.array(name) for name in ("data", *needed)}
     for name in needed:
         if arrays[name].dtype.kind not in "iu":
-            raise no_sparse_matrix(
-                archive.path, f"{name} holds {arrays[name].dtype}, no whole numbers"
-            )
+            raise UnreadableError(f"{name} holds {arrays[name].dtype}, no whole numbers")
     if arrays["data"].dtype.kind not in "iufc":
-        raise no_sparse_matrix(archive.path, f"data holds {arrays['data'].dtype}, no numbers")
-    try:
-        return build(shape, **arrays)
-    except ValueError as error:
-        raise no_sparse_matrix(archive.path, str(error)) from error
+        raise UnreadableError(f"data holds {arrays['data'].dtype}, no numbers")
+    return build(shape, **arrays)
 
 
 def _form(archive: NpzArchive) -> str:
     if "format" not in archive.names:
-        raise no_sparse_matrix(archive.path, "it has no array format")
+        raise UnreadableError("it has no array format")
     value = archive.array("format")
     text = value.item() if value.ndim == 0 else ""
     form = text.decode("ascii", "replace") if isinstance(text, bytes) else str(text)
     if form not in _FORMS:
-        raise no_sparse_matrix(archive.path, f"its format is {form!r}, none of {', '.join(_FORMS)}")
+        raise UnreadableError(f"its format is {form!r}, none of {', '.join(_FORMS)}")
     return form
 
 
@@ -177,53 +170,56 @@ def _shape(archive: NpzArchive) -> tuple[int, int]:
     is_shape = values.dtype.kind in "iu" and values.shape == (2,)
     if not is_shape or not np.all((values >= 1) & (values <= MOST_ROWS)):
         stated = values.tolist() if values.size <= 2 else f"an array of shape {values.shape}"
-        raise no_sparse_matrix(archive.path, f"its shape is {stated}")
+        raise UnreadableError(f"its shape is {stated}")
     return int(values[0]), int(values[1])
 
 
 def _compressed(
-    shape: tuple[int, int], data: np.ndarray, indices: np.ndarray, indptr: np.ndarray, axis: int
+    shape: tuple[int, int], data: np.ndarray, indices: np.ndarray, indptr: np.ndarray
 ) -> None:
-    """Refuse the arrays of a compressed matrix whose rows, or columns, do not follow each other."""
-    lines, across = shape[axis], shape[1 - axis]
+    """Refuse the arrays of a compressed matrix whose rows do not follow each other."""
+    lines, across = shape
     if indptr.shape != (lines + 1,) or indptr[0] != 0 or indptr[-1] != len(indices):
-        raise InputError(f"indptr of shape {indptr.shape} does not divide {len(indices)} indices")
+        raise UnreadableError(
+            f"indptr of shape {indptr.shape} does not divide {len(indices)} indices"
+        )
     if np.any(indptr[1:] < indptr[:-1]):
-        raise InputError("indptr falls")
+        raise UnreadableError("indptr falls")
     if indices.ndim != 1 or len(data) != len(indices):
-        raise InputError(f"{len(data)} values have {indices.shape} indices")
+        raise UnreadableError(f"{len(data)} values have {indices.shape} indices")
     _check_inside("indices", indices, across)
 
 
 def _check_inside(name: str, indices: np.ndarray, size: int) -> None:
     if indices.size and not (indices.min() >= 0 and indices.max() < size):
-        raise InputError(f"{name} go from {indices.min()} to {indices.max()} in a size of {size}")
+        raise UnreadableError(
+            f"{name} go from {indices.min()} to {indices.max()} in a size of {size}"
+        )
 
 
 def _csr(shape: tuple[int, int], data: np.ndarray, **places: np.ndarray) -> sparray:
     _check_flat(data)
-    _compressed(shape, data, axis=0, **places)
+    _compressed(shape, data, **places)
     return scipy.sparse.csr_array((data, places["indices"], places["indptr"]), shape=shape)
 
 
 def _csc(shape: tuple[int, int], data: np.ndarray, **places: np.ndarray) -> sparray:
-    _check_flat(data)
-    _compressed(shape, data, axis=1, **places)
-    return scipy.sparse.csc_array((data, places["indices"], places["indptr"]), shape=shape)
+    """A matrix by columns, which is its transpose by rows."""
+    return _csr(shape[::-1], data, **places).T
 
 
 def _bsr(shape: tuple[int, int], data: np.ndarray, **places: np.ndarray) -> sparray:
     if data.ndim != 3 or 0 in data.shape[1:] or np.any(np.mod(shape, data.shape[1:])):
-        raise InputError(f"blocks of shape {data.shape} do not make a matrix of shape {shape}")
+        raise UnreadableError(f"blocks of shape {data.shape} make no matrix of shape {shape}")
     blocks = (shape[0] // data.shape[1], shape[1] // data.shape[2])
-    _compressed(blocks, data, axis=0, **places)
+    _compressed(blocks, data, **places)
     return scipy.sparse.bsr_array((data, places["indices"], places["indptr"]), shape=shape)
 
 
 def _coo(shape: tuple[int, int], data: np.ndarray, row: np.ndarray, col: np.ndarray) -> sparray:
     _check_flat(data)
     if not row.shape == col.shape == data.shape:
-        raise InputError(f"{data.shape} values have {row.shape} rows and {col.shape} columns")
+        raise UnreadableError(f"{data.shape} values have {row.shape} rows and {col.shape} columns")
     _check_inside("row", row, shape[0])
     _check_inside("col", col, shape[1])
     return scipy.sparse.coo_array((data, (row, col)), shape=shape)
@@ -231,16 +227,16 @@ def _coo(shape: tuple[int, int], data: np.ndarray, row: np.ndarray, col: np.ndar
 
 def _dia(shape: tuple[int, int], data: np.ndarray, offsets: np.ndarray) -> sparray:
     if data.ndim != 2 or offsets.shape != data.shape[:1] or len(set(offsets.tolist())) < len(data):
-        raise InputError(f"data of shape {data.shape} have {offsets.shape} offsets, each once")
+        raise UnreadableError(f"data of shape {data.shape} have {offsets.shape} offsets, each once")
     _check_inside("offsets", offsets + shape[0] - 1, shape[0] + shape[1] - 1)
     if data.shape[1] > shape[1]:
-        raise InputError(f"diagonals of {data.shape[1]} values in {shape[1]} columns")
+        raise UnreadableError(f"diagonals of {data.shape[1]} values in {shape[1]} columns")
     return scipy.sparse.dia_array((data, offsets), shape=shape)
 
 
 def _check_flat(data: np.ndarray) -> None:
     if data.ndim != 1:
-        raise InputError(f"data have the shape {data.shape}, no list")
+        raise UnreadableError(f"data have the shape {data.shape}, no list")
 
 
 _FORMS: dict[str, tuple[Callable[..., sparray], tuple[str, ...]]] = {
@@ -250,15 +246,6 @@ _FORMS: dict[str, tuple[Callable[..., sparray], tuple[str, ...]]] = {
     "coo": (_coo, ("row", "col")),
     "dia": (_dia, ("offsets",)),
 }
-
-
-def no_sparse_matrix(path: Path, reason: str) -> InputError:
-    """Error of a file that holds no matrix as SciPy writes it."""
-    return InputError(
-        f"{path} cannot be read as a sparse matrix ({reason}); a file that "
-        "scipy.sparse.save_npz (.npz) or scipy.io.mmwrite (.mtx, .mtx.gz) wrote is needed. "
-        "Write the matrix with one of these."
-    )
 
 
 _LONGEST_HEAD = 100_000  # bytes of comments before the sizes
@@ -282,9 +269,9 @@ class _Head(NamedTuple):
 def market_matrix(path: Path) -> scipy.sparse.sparray | np.ndarray:
     """Return the matrix in a file."""
     content = _content(path)
-    head = _head(path, content)
-    table = _table(path, content[head.values_from :], head)
-    return _sparse(path, table, head) if head.layout == "coordinate" else _dense(table, head)
+    head = _head(content)
+    table = _table(content[head.values_from :], head)
+    return _sparse(table, head) if head.layout == "coordinate" else _dense(table, head)
 
 
 def _content(path: Path) -> bytes:
@@ -293,61 +280,59 @@ def _content(path: Path) -> bytes:
     with gzip.open(path) as file:
         content = file.read(most("bytes") + 1)
     if len(content) > most("bytes"):
-        raise no_sparse_matrix(path, f"it unpacks to more than {most('bytes')} bytes")
+        raise UnreadableError(f"it unpacks to more than {most('bytes')} bytes")
     return content
 
 
-def _head(path: Path, content: bytes) -> _Head:
+def _head(content: bytes) -> _Head:
     first, *lines = content[:_LONGEST_HEAD].split(b"\n")
     words = first.decode("latin-1").lower().split()
     known = len(words) == 5 and words[:2] == [_BANNER, "matrix"]
     layout, kind, symmetry = words[2:] if known else ("", "", "")
     if layout not in ("coordinate", "array") or kind not in _NUMBERS:
-        raise no_sparse_matrix(path, f"it begins with {content[:30]!r}")
+        raise UnreadableError(f"it begins with {content[:30]!r}")
     if symmetry not in _SYMMETRIES:
-        raise no_sparse_matrix(path, f"it is {symmetry}, and general or symmetric is needed")
+        raise UnreadableError(f"it is {symmetry}, and general or symmetric is needed")
     place = len(first) + 1
     for line in lines:
         place += len(line) + 1
         if line.strip() and not line.lstrip().startswith(b"%"):
-            sizes = _sizes(path, line, 3 if layout == "coordinate" else 2)
+            sizes = _sizes(line, 3 if layout == "coordinate" else 2)
             return _Head(layout, _NUMBERS[kind], symmetry, sizes, place)
-    raise no_sparse_matrix(path, "it has no line of sizes")
+    raise UnreadableError("it has no line of sizes")
 
 
-def _sizes(path: Path, line: bytes, count: int) -> tuple[int, ...]:
+def _sizes(line: bytes, count: int) -> tuple[int, ...]:
     words = line.split()
     if len(words) != count or not all(word.isdigit() and len(word) < 19 for word in words):
-        raise no_sparse_matrix(path, f"the line of its sizes is {line[:40]!r}")
+        raise UnreadableError(f"the line of its sizes is {line[:40]!r}")
     rows, columns, *_ = sizes = tuple(map(int, words))
     if not (1 <= rows <= MOST_ROWS and 1 <= columns <= MOST_ROWS):
-        raise no_sparse_matrix(path, f"its size is {rows} x {columns}")
+        raise UnreadableError(f"its size is {rows} x {columns}")
     return sizes
 
 
-def _table(path: Path, values: bytes, head: _Head) -> NumberTable:
+def _table(values: bytes, head: _Head) -> NumberTable:
     """Values of the file, a row for each; refused where they are not those announced."""
     rows, columns, *stored = head.sizes
     full = rows * columns if head.symmetry == "general" else rows * (rows + 1) // 2
     count = stored[0] if stored else full
     if not 0 < 2 * count <= len(values) + 1:  # a digit and the end of a line for each
-        raise no_sparse_matrix(path, f"it announces {count} values in {len(values)} bytes")
+        raise UnreadableError(f"it announces {count} values in {len(values)} bytes")
     table = np.loadtxt(io.BytesIO(values), dtype=float, comments="%", ndmin=2, encoding="latin-1")
     width = head.numbers + (2 if head.layout == "coordinate" else 0)
     if table.shape != (count, width):
         size = " x ".join(map(str, table.shape))
-        raise no_sparse_matrix(
-            path, f"it announces {count} lines of {width} numbers and holds {size}"
-        )
+        raise UnreadableError(f"it announces {count} lines of {width} numbers and holds {size}")
     return table
 
 
-def _sparse(path: Path, table: NumberTable, head: _Head) -> scipy.sparse.sparray:
+def _sparse(table: NumberTable, head: _Head) -> scipy.sparse.sparray:
     rows, columns, _ = head.sizes
     places = table[:, :2]
     integral = np.array_equal(places, np.round(places))
     if not (integral and np.all(places >= 1) and np.all(places <= (rows, columns))):
-        raise no_sparse_matrix(path, f"an index is none of 1 to {rows} and 1 to {columns}")
+        raise UnreadableError(f"an index is none of 1 to {rows} and 1 to {columns}")
     row, column = places.T.astype(np.int64) - 1
     values = _values(table[:, 2:])
     if head.symmetry == "symmetric":

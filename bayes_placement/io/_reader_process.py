@@ -30,12 +30,14 @@ _LIBRARIES = Path(__file__).with_name("_library_process.py")
 _NO_PLUGINS = {"HDF5_PLUGIN_PRELOAD": "::"}
 
 
-class ReaderLibrary(NamedTuple):
-    """What a script imports, the extra that brings it, and the time that this may take [s]."""
-
-    name: str
-    extra: str
-    seconds: float = 0.0
+LIBRARIES = {
+    "ansys": ("ansys.mapdl.reader", 60.0),  # brings VTK
+    "mdf": ("asammdf", 0.0),
+    "mesh": ("meshio", 0.0),
+    "nastran": ("pyyeti", 20.0),  # brings pandas
+    "tdms": ("nptdms", 0.0),
+}
+"""Library of each extra, and the time that importing it may take where the disk is slow [s]."""
 
 
 class ReaderResult(NamedTuple):
@@ -46,19 +48,15 @@ class ReaderResult(NamedTuple):
     complaints: str
 
 
-def run(
-    script: Path, path: Path, library: ReaderLibrary | None = None, **settings: object
-) -> ReaderResult:
+def run(script: Path, path: Path, import_seconds: float = 0.0, **settings: object) -> ReaderResult:
     """Read a file by `read(path, **settings)` of a script, whose time and memory are limited.
 
     It returns arrays by name and metadata that JSON can hold; nothing of this package is imported
-    there. `library` is what it needs and this package does not. A process that ends otherwise than
-    with a result raises UnreadableError, of which `reading` makes a sentence.
+    there. A process that ends otherwise than with a result raises UnreadableError, of which
+    `reading` makes a sentence.
     """
-    if library is not None and not is_installed(library.name):
-        raise _missing(path, library.name, f'"bayes_placement[{library.extra}]"')
     path.open("rb").close()  # raises PermissionError, which says more than a failed process
-    cpu_allowed = math.ceil(seconds(path) + (library.seconds if library else 0.0))
+    cpu_allowed = math.ceil(seconds(path) + import_seconds)
     allowed = cpu_allowed + SECONDS_OF_WAITING
     with tempfile.TemporaryDirectory() as folder:
         result = Path(folder) / "result.npz"
@@ -85,9 +83,12 @@ def run(
         return _unpacked(NpzArchive(result, "a result"), complaints)
 
 
-def run_library(path: Path, library: ReaderLibrary, **settings: object) -> ReaderResult:
-    """Read a file by a library alone, as the script of libraries does."""
-    return run(_LIBRARIES, path, library, extra=library.extra, **settings)
+def run_library(path: Path, extra: str, **settings: object) -> ReaderResult:
+    """Read a file by the library of an extra alone, as the script of libraries does."""
+    library, import_seconds = LIBRARIES[extra]
+    if not is_installed(library):
+        raise _missing(path, library, f'"bayes_placement[{extra}]"')
+    return run(_LIBRARIES, path, import_seconds, extra=extra, **settings)
 
 
 def is_installed(library: str) -> bool:

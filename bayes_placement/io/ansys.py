@@ -13,14 +13,14 @@ import scipy.sparse
 from .._shared.arguments import check_positive
 from .._shared.errors import InputError
 from ..modes.finite_elements.modal_model import ModalModel
-from . import _reader_process
 from ._gate import check_plausible, existing, path_of, reading
+from ._reader_process import run_library
 from .matrix_files import SystemMatrices, _in_si, _without_rows
 
+_FORM = "a file of Ansys (.full, .rst)"
 _REMEDY = "Write it again in a modal analysis, uncompressed: /FCOMP,RST,0."
 _IN_SI = ("", "SI", "MKS", "User Defined")
 _DIRECTIONS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6}
-_SECONDS_OF_IMPORT = 60.0  # of VTK, where the disk is slow
 _ORTHONORMAL, _SAME_FREQUENCY = 1e-4, 1e-4  # result files may be in single precision
 
 
@@ -61,7 +61,7 @@ def read_matrices(
     file = path_of(path)
     _check_units(length_unit, mass_unit)
     with reading(file, "matrices of Ansys", _REMEDY):
-        result = _read(file)
+        result = run_library(existing(file, _FORM), "ansys")
         if "stiffness value" not in result.arrays:
             raise InputError("it holds results and no matrices; the .full file is needed")
         units = _units(file, result.metadata["units"], length_unit, mass_unit)
@@ -113,7 +113,7 @@ def read_modes(
     # In the units of the files, in which the shapes are orthonormal.
     system = read_matrices(matrices, length_unit=1.0, mass_unit=1.0)
     with reading(file, "modes of Ansys", _REMEDY):
-        result = _read(file)
+        result = run_library(existing(file, _FORM), "ansys")
         if "shape" not in result.arrays:
             raise InputError("it holds matrices and no results; the .rst file is needed")
         units = _units(file, result.metadata["units"], length_unit, mass_unit)
@@ -134,12 +134,6 @@ def read_modes(
             length_unit=units[0],
             mass_unit=units[1],
         ).without_unused_directions()
-
-
-def _read(path: Path) -> _reader_process.ReaderResult:
-    library = _reader_process.ReaderLibrary("ansys.mapdl.reader", "ansys", _SECONDS_OF_IMPORT)
-    file = existing(path, "a file of Ansys (.full, .rst)")
-    return _reader_process.run_library(file, library)
 
 
 def _check_units(length_unit: float | None, mass_unit: float | None) -> None:

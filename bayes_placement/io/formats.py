@@ -101,8 +101,7 @@ def read_measurement(path: str | Path, **options: object) -> Measurement:
     >>> bp.io.read_measurement("measured.uff").quantity
     'mobility'
     """
-    file = path_of(path)
-    return _format("measurement", file).read(file, **options)
+    return _read("measurement", path_of(path), **options)
 
 
 @arguments_checked
@@ -129,8 +128,7 @@ def read_modes(path: str | Path, **options: object) -> ModalModel:
     >>> bp.io.read_modes("modes.npz").natural_frequency
     array([120., 300.])
     """
-    file = path_of(path)
-    return _format("modes", file).read(file, **options)
+    return _read("modes", path_of(path), **options)
 
 
 @arguments_checked
@@ -167,18 +165,17 @@ def read_matrices(path: str | Path, *others: str | Path, **options: object) -> S
     >>> bp.io.read_matrices("K.npz", "M.npz").stiffness.shape
     (10, 10)
     """
-    file = path_of(path)
-    return _format("matrices", file).read(file, *others, **options)
+    return _read("matrices", path_of(path), *others, **options)
 
 
-def _format(contents: str, path: Path) -> Format:
-    """Format of a file that is to hold a measurement, modes or matrices."""
+def _read(contents: str, path: Path, *others: object, **options: object) -> Any:
+    """Read a file that is to hold a measurement, modes or matrices."""
     needed = f"a file with {'a measurement' if contents == 'measurement' else contents}"
     existing(path, needed)
     formats = [known for known in FORMATS if known.contents == contents]
     chosen = _by_content(formats, path) or _by_suffix(formats, path)
     if chosen is not None:
-        return chosen
+        return chosen.read(path, *others, **options)
     suffixes = dict.fromkeys(suffix for known in formats for suffix in known.suffixes)
     raise InputError(
         f"{path} {content.described(path)}; {needed} is needed here, by its first bytes or by its "

@@ -12,9 +12,9 @@ from .._shared.errors import InputError, warn
 from .._shared.reprs import with_short_repr
 from ..modes.finite_elements.modal_model import ModalModel
 from . import _contents as content
-from . import _reader_process
 from ._contents import decoded
 from ._gate import UnreadableError, check_plausible, existing, reading
+from ._reader_process import run_library
 from .uff._decode import NUMBER, columns, real
 from .uff._mesh import MeshContents, load_mesh, of_numbers, strict_integer
 
@@ -144,7 +144,7 @@ def read(path: str | Path, *, length_unit: float | int | None = None) -> Mesh:
 def _by_meshio(path: Path) -> MeshContents:
     """Run meshio in a separate process, whose time and memory are limited."""
     _check_end(path)
-    result = _reader_process.run_library(path, _reader_process.ReaderLibrary("meshio", "mesh"))
+    result = run_library(path, "mesh")
     return MeshContents(
         None,
         result.arrays["points"],

@@ -12,11 +12,10 @@ from .._shared.arguments import arguments_checked
 from .._shared.errors import InputError
 from .._shared.files import Json
 from ..modes.finite_elements.modal_model import ModalModel
-from . import _reader_process
 from ._gate import existing, reading
+from ._reader_process import run_library
 from .matrix_files import SystemMatrices, system_matrices
 
-_SECONDS_OF_IMPORT = 20.0  # of pandas, where the disk is slow
 _REMEDY = "Write it again with PARAM,POST,-1, or give the arrays to ModalModel.from_arrays."
 
 
@@ -67,7 +66,7 @@ def read_modes(
     """
     file = existing(Path(path), "a file of Nastran")
     with reading(file, "OUTPUT2", _REMEDY):
-        arrays, found, _ = _read(file, [])
+        arrays, found, _ = run_library(file, "nastran", names=[])
         _check_tables(found)
         signed, mass = _eigenvalues(arrays)
         order = np.argsort(np.abs(signed), kind="stable")
@@ -126,15 +125,11 @@ def read_matrices(
     }
     file = existing(Path(path), "a file of Nastran")
     with reading(file, "OUTPUT4", _REMEDY):
-        arrays, found, _ = _read(file, [name.lower() for name in names.values()])
+        wanted = [name.lower() for name in names.values()]
+        arrays, found, _ = run_library(file, "nastran", names=wanted)
         _check_names([*names.values()], found["in file"])
         matrices = {role: _matrix(arrays, name.lower()) for role, name in names.items()}
         return system_matrices(matrices, {role: f"{path}, {name}" for role, name in names.items()})
-
-
-def _read(path: Path, names: list[str]) -> _reader_process.ReaderResult:
-    library = _reader_process.ReaderLibrary("pyyeti", "nastran", _SECONDS_OF_IMPORT)
-    return _reader_process.run_library(path, library, names=names)
 
 
 def _matrix(arrays: dict[str, np.ndarray], name: str) -> scipy.sparse.csc_array:

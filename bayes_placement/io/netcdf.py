@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
 _SEAL = b"\nbayes_placement result, sha256 "
 _SEAL_BYTES = len(_SEAL) + 64 + 1
-_CHUNK = 1 << 20
 
 
 @arguments_checked
@@ -42,8 +41,8 @@ def write(result: "xr.DataTree", path: str | Path) -> Path:
     check_kind("result", result, xr.DataTree, needed, "io.netcdf.write(result, path)")
     # In memory first: HDF5 ends the interpreter where the disk is full.
     content = bytes(result.to_netcdf(engine="h5netcdf"))
-    seal = _SEAL + hashlib.sha256(content).hexdigest().encode() + b"\n"
-    return write_atomically(path, lambda temporary: temporary.write_bytes(content + seal))
+    sealed = content + _seal_of(content)
+    return write_atomically(path, lambda temporary: temporary.write_bytes(sealed))
 
 
 @arguments_checked
@@ -84,12 +83,8 @@ def read(path: str | Path) -> "xr.DataTree":
 
 def _check_seal(path: Path) -> None:
     """Refuse a file without the checksum that `write` puts behind it, or with another one."""
-    size = path.stat().st_size - _SEAL_BYTES
-    seal = b""
-    if size > 0:
-        with path.open("rb") as file:
-            file.seek(size)
-            seal = file.read()
+    sealed = memoryview(path.read_bytes())
+    content, seal = sealed[:-_SEAL_BYTES], bytes(sealed[-_SEAL_BYTES:])
     if not seal.startswith(_SEAL):
         raise InputError(
             f"{path} cannot be read as netCDF: it does not end with the checksum that results "
@@ -97,7 +92,7 @@ def _check_seal(path: Path) -> None:
             "damaged ones of another origin can end the interpreter. Write it again, take another "
             "copy, or open it by xarray.open_datatree(path)."
         )
-    if seal[len(_SEAL) : -1] != _checksum(path, size):
+    if seal != _seal_of(content):
         raise InputError(
             f"{path} cannot be read as netCDF: it was changed since it was written, as its "
             "checksum tells; a complete file of results is needed, since nothing in a changed one "
@@ -105,12 +100,6 @@ def _check_seal(path: Path) -> None:
         )
 
 
-def _checksum(path: Path, size: int) -> bytes:
-    """Hexadecimal SHA-256 of the first bytes of a file."""
-    digest = hashlib.sha256()
-    with path.open("rb") as file:
-        while size > 0:
-            chunk = file.read(min(_CHUNK, size))
-            digest.update(chunk)
-            size = size - len(chunk) if chunk else 0
-    return digest.hexdigest().encode()
+def _seal_of(content: bytes | memoryview) -> bytes:
+    """What stands behind the content of a file, with its SHA-256."""
+    return _SEAL + hashlib.sha256(content).hexdigest().encode() + b"\n"

@@ -453,7 +453,7 @@ def test_mistaken_records_are_told_before_any_search(tmp_path, command):
 @pytest.mark.long
 @pytest.mark.longest
 def test_lines_of_a_large_measurement_are_thinned_and_the_reason_is_told(tmp_path, monkeypatch):
-    monkeypatch.setattr("bayes_placement.cli._lines.MOST_VALUES", 31)
+    monkeypatch.setattr("bayes_placement.cli._inputs.MOST_VALUES", 31)
     model = written(tmp_path, MODEL, HIDDEN, MEASUREMENT)
     done = run("check", model, "--out", tmp_path / "out")
     assert done.exit_code == 1, (done.output, done.exception)

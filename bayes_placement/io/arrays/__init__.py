@@ -4,13 +4,15 @@ import warnings
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+
 from ..._shared.arguments import arguments_checked
 from ..._shared.errors import InputError
 from .. import _contents, _reader_process
 from .._gate import check_limit, existing, most, reading
 from .._npz_archive import NpzArchive, array_in
 from . import _mat_gate, text, workbook
-from .named_arrays import NUMBERS, TEXTS, NamedArrays, flattened
+from .named_arrays import NUMBERS, TEXTS, NamedArrays
 
 __all__ = ["NamedArrays", "load"]
 
@@ -22,15 +24,18 @@ def load_mat(path: Path) -> NamedArrays:
     """Read the variables of versions 5 to 7; fields of structures are `structure.field`."""
     import pymatreader
 
+    from ._hdf5_process import collect  # with h5py
+
     with reading(path, _MAT, _SAVE_AGAIN):
         variables = _mat_gate.variables(existing(path, "a MATLAB file").read_bytes())
-        names = [variable.name for variable in variables if not variable.reason]
-        left_out = {variable.name: variable.reason for variable in variables if variable.reason}
+        names = [name for name, reason in variables.items() if not reason]
+        left_out = {name: reason for name, reason in variables.items() if reason}
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # what a library skips would be missing without a word
             content = pymatreader.read_mat(path, variable_names=names) if names else {}
-        loaded = flattened(path, _MAT, {name: content[name] for name in names})
-        return loaded._replace(left_out={**left_out, **loaded.left_out})
+        arrays: dict[str, np.ndarray] = {}
+        collect({name: content[name] for name in names}, "", arrays, left_out)
+        return NamedArrays(path, _MAT, arrays, {}, left_out)
 
 
 def load_hdf5(path: Path) -> NamedArrays:

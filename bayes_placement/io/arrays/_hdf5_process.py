@@ -1,6 +1,7 @@
 """Reads HDF5 and MATLAB 7.3 by h5py and pymatreader, in a separate process: see `_child.py`."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import h5py
 import numpy as np
@@ -127,24 +128,28 @@ def _matlab(
     wanted = [name for name in names if not name.startswith("#") and name not in wrong]
     content = pymatreader.read_mat(path, variable_names=wanted) if wanted else {}
     arrays: dict[str, np.ndarray] = {}
-    _collect(content, "", arrays, faults)
+    in_order = {name: content[name] for name in wanted if name in content}
+    collect(in_order, "", arrays, faults)
     return arrays, {"form": "a MATLAB 7.3 file", "units": {}, "faults": faults}
 
 
-def _collect(
-    value: object, name: str, arrays: dict[str, np.ndarray], faults: dict[str, str]
-) -> None:
-    """Arrays of nested dictionaries; a field of a structure is `structure.field`."""
+def collect(value: Any, name: str, arrays: dict[str, np.ndarray], faults: dict[str, str]) -> None:
+    """Arrays of nested dictionaries; a field of a structure is `structure.field`.
+
+    That of one of several structures is `structure.1.field`.
+    """
+    is_list = isinstance(value, list | tuple)
+    if is_list and any(isinstance(item, dict) for item in value):
+        value = {str(number): item for number, item in enumerate(value, start=1)}
     if isinstance(value, dict):
         for key, inner in value.items():
-            _collect(inner, f"{name}.{key}" if name else key, arrays, faults)
+            collect(inner, f"{name}.{key}" if name else key, arrays, faults)
         return
-    texts = [isinstance(item, str) for item in value] if isinstance(value, list) else [False]
     try:
         array = np.asarray(value)
-    except ValueError:
+    except ValueError:  # rows of different lengths
         array = np.array(None)
-    mixed = array.dtype.kind == "U" and isinstance(value, list) and not all(texts)
+    mixed = array.dtype.kind == "U" and is_list and not all(isinstance(x, str) for x in value)
     if array.dtype.kind not in "biufcU" or mixed:
         faults[name] = "it holds neither numbers nor text"
     elif not array.size:

@@ -36,13 +36,6 @@ _FOREIGN = {
 _COMPLEX = 0x08
 
 
-class Variable(NamedTuple):
-    """A variable: its name, and why it is not read; empty where it is."""
-
-    name: str
-    reason: str
-
-
 class _Element(NamedTuple):
     kind: int
     content: memoryview
@@ -60,20 +53,19 @@ class _Foreign(Exception):  # noqa: N818, no error: a variable that is left out
     """A variable holds something that is not read."""
 
 
-def variables(data: bytes) -> list[Variable]:
-    """Check a file, and list its variables."""
+def variables(data: bytes) -> dict[str, str]:
+    """Check a file; return why each of its variables is not read, empty where it is."""
     order = {b"IM": "<", b"MI": ">"}.get(data[126:128])
     if order is None or len(data) <= HEADER_BYTES:
         raise InputError("its first 128 bytes are not those of a MATLAB 5 to 7 file")
     walk = _Walk(order, itertools.count(1), [])
-    all_variables = [
-        _variable(walk, element)
-        for element in _elements(walk, memoryview(data)[HEADER_BYTES:], packed=True)
-    ]
-    known = [variable for variable in all_variables if variable.name]
-    names = [variable.name for variable in known]
-    if len(set(names)) < len(names):
-        raise InputError("a variable occurs twice, and either could be meant")
+    known: dict[str, str] = {}
+    for element in _elements(walk, memoryview(data)[HEADER_BYTES:], packed=True):
+        name, reason = _variable(walk, element)
+        if name in known:
+            raise InputError("a variable occurs twice, and either could be meant")
+        if name:
+            known[name] = reason
     return known
 
 
@@ -109,7 +101,8 @@ def _element(walk: _Walk, data: memoryview) -> tuple[_Element, int]:
     return _Element(kind, data[8 : 8 + size]), 8 + size
 
 
-def _variable(walk: _Walk, element: _Element) -> Variable:
+def _variable(walk: _Walk, element: _Element) -> tuple[str, str]:
+    """Name of a variable, and why it is not read."""
     if element.kind == _COMPRESSED:
         unpacked = list(_elements(walk, _unpacked(walk, element.content)))
         if len(unpacked) != 1:
@@ -117,7 +110,12 @@ def _variable(walk: _Walk, element: _Element) -> Variable:
         element = unpacked[0]
     if element.kind != _MATRIX:
         raise InputError(f"an element of type {element.kind} stands where a variable is needed")
-    return _checked(walk, element)
+    name = _name(list(itertools.islice(_elements(walk, element.content), 3)))
+    try:
+        _check_matrix(walk, element, 0)
+    except _Foreign as foreign:
+        return name, str(foreign)
+    return name, ""
 
 
 def _unpacked(walk: _Walk, content: memoryview) -> memoryview:
@@ -131,17 +129,6 @@ def _unpacked(walk: _Walk, content: memoryview) -> memoryview:
     if not machine.eof or machine.unused_data:
         raise InputError("a compressed variable has another length than it announces")
     return memoryview(data)
-
-
-def _checked(walk: _Walk, element: _Element) -> Variable:
-    parts = _elements(walk, element.content)
-    header = [part for part, _ in zip(parts, range(3), strict=False)]
-    name = _name(header)
-    try:
-        _check_matrix(walk, element, 0)
-    except _Foreign as foreign:
-        return Variable(name, str(foreign))
-    return Variable(name, "")
 
 
 def _name(header: list[_Element]) -> str:

@@ -82,7 +82,7 @@ def settings(
         band=(float(low), float(high)),
         lines=axis.value("n_lines", integer(1, 400)),
         noise=stated_noise(stated),
-        baseline=baseline_files(stated),
+        baseline=_files(stated, "baseline_files") if stated.has("baseline_files") else (),
         states=state_files(stated),
     )
 
@@ -259,11 +259,6 @@ _BAND = numbers(
 )
 
 
-def baseline_files(stated: JsonObject) -> tuple[str, ...]:
-    """Return the universal files among those of the baseline; others hold the same."""
-    return _files(stated, "baseline_files") if stated.has("baseline_files") else ()
-
-
 def state_files(stated: JsonObject) -> dict[str, tuple[str, ...]]:
     """Return the universal files of each state by its label, in their order, the baseline first."""
     if not stated.has("states"):
@@ -281,6 +276,7 @@ def state_files(stated: JsonObject) -> dict[str, tuple[str, ...]]:
 
 
 def _files(stated: JsonObject, field: str) -> tuple[str, ...]:
+    """Universal files among those that a field names; others hold the same."""
     return tuple(name for name in stated.value(field, _FILES) if name.endswith(".uff"))
 
 

@@ -158,8 +158,8 @@ def _transducer(
         at=position(recorded, nominal),
         directions=tuple(channel.direction for channel in recorded.channels),
         angles=angles(recorded, nominal),
-        gain=gain(recorded),
-        delay=delay(recorded),
+        gain=_about(1.0, recorded, "gain_tolerance", "1", 0.01),
+        delay=_about(0.0, recorded, "delay_tolerance_s", "s", 1e-6),
     )
 
 
@@ -222,16 +222,6 @@ def angles(
     # moves along one of them, the roll of a transducer about that axis has no influence.
     roll_axis = abs(transducer.channels[0].direction or 0)
     return tuple(0.0 if axis == roll_axis else angle for axis in (1, 2, 3))
-
-
-def gain(transducer: RecordedTransducer) -> Parameter:
-    """Gain [1]: normal about 1 with the standard deviation that is stated, else exactly 1."""
-    return _about(1.0, transducer, "gain_tolerance", "1", 0.01)
-
-
-def delay(transducer: RecordedTransducer) -> Parameter:
-    """Delay [s]: normal about 0 with the standard deviation that is stated, else exactly 0."""
-    return _about(0.0, transducer, "delay_tolerance_s", "s", 1e-6)
 
 
 def _about(

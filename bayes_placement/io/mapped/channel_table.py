@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from ..._shared.errors import InputError
 from ..._shared.files import Json
 from ..._shared.reprs import with_short_repr
+from ...positions.channel import Channel
 from .. import _contents
 from .._frf_units import ANGLE, LENGTH, sensitivity_unit
 from .._gate import check_plausible, existing, reading
@@ -60,8 +61,7 @@ class ChannelRow(NamedTuple):
     @property
     def label(self) -> str:
         """Label of the channel, such as `s1+x`."""
-        sign = "-" if self.direction < 0 else "+"
-        return self.name + (f"{sign}{'xyz'[abs(self.direction) - 1]}" if self.direction else "")
+        return Channel(self.name, self.direction).label
 
 
 _FORM = "a channel table"

@@ -146,6 +146,12 @@ def of_table(table: TomlTable, folder: Path) -> Mapping:
     """Check the fields of a mapping."""
     table.check_known(KNOWN)
     unit = table.text("unit", "(m/s^2)/N")
+    convention = table.value(
+        "convention",
+        lambda value: isinstance(value, str) and value in CONVENTIONS,
+        f"one of {', '.join(CONVENTIONS)}",
+        'convention = "exp(+i w t)"',
+    )
     return Mapping(
         table.place,
         folder,
@@ -157,10 +163,15 @@ def of_table(table: TomlTable, folder: Path) -> Mapping:
         frequency=_frequency(table),
         sensors=_labels(table, "sensors", '["s1+x", "s2+x"]'),
         actuators=_labels(table, "actuators", '["a1+x"]'),
-        averages=_averages(table),
+        averages=table.value(
+            "averages",
+            lambda value: type(value) is int and value >= 1,
+            "a whole number of at least 1",
+            "averages = 16",
+        ),
         force_level=table.number("force_level", "1.0", least=0.0),
         length_unit=table.number("length_unit", "1e-3", least=0.0),
-        conjugate=CONVENTIONS[_convention(table)],
+        conjugate=CONVENTIONS[convention or "exp(+i w t)"],
         case=table.value("case", _is_table, "a table", "[case]"),
     )
 
@@ -289,25 +300,6 @@ def _labels(table: TomlTable, name: str, example: str) -> tuple[str, ...] | str 
         f"{name} = {example}",
     )
     return tuple(value) if isinstance(value, list) else value
-
-
-def _averages(table: TomlTable) -> int | None:
-    return table.value(
-        "averages",
-        lambda value: type(value) is int and value >= 1,
-        "a whole number of at least 1",
-        "averages = 16",
-    )
-
-
-def _convention(table: TomlTable) -> str:
-    value = table.value(
-        "convention",
-        lambda value: isinstance(value, str) and value in CONVENTIONS,
-        f"one of {', '.join(CONVENTIONS)}",
-        'convention = "exp(+i w t)"',
-    )
-    return value or "exp(+i w t)"
 
 
 def _is_number_or_name(value: object) -> bool:

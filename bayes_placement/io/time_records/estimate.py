@@ -120,13 +120,7 @@ class Excitation(abc.ABC):
 
     @abc.abstractmethod
     def spectra(self, records: Records) -> Spectra:
-        """Spectra of the repeats that the records hold.
-
-        Raises
-        ------
-        InputError
-            If fewer than two repeats are left.
-        """
+        """Spectra of the repeats that the records hold; fewer than two are refused."""
 
 
 def lines(count: int, rate: float) -> Float[np.ndarray, "frequency"]:

@@ -20,28 +20,27 @@ from scipy.io import wavfile
 from ..._shared.errors import InputError, warn
 from ..._shared.files import Json
 from ...positions.channel import Channel
-from .. import _reader_process
 from .._gate import FileWarning, reading
+from .._library_process import TIMES
+from .._reader_process import run_library
 from ..arrays.text import decimal_point, is_number, text_of, with_point
 from ..uff._datasets import FUNCTION, Dataset, MeasurementFileError
 from ..uff._datasets import load as datasets_of
 from .records import JITTER, Sampled, check_starts, rate_of_times, same_rate
 
-_TIMES = "times of group {}"
-
 
 def load_tdms(path: Path, names: Iterable[str]) -> Sampled:
     """Read channels, whose names are `group/channel`, with unit and sampling rate."""
-    arrays, metadata = _read(path, "a TDMS file", "nptdms", "tdms")
+    arrays, metadata = _read(path, "a TDMS file", "tdms")
     check_starts({name: metadata["starts"][name] for name in names if name in metadata["starts"]})
     return Sampled(arrays, metadata["units"], metadata["rates"], metadata["faults"])
 
 
 def load_mdf(path: Path, names: Iterable[str]) -> Sampled:
     """Read channels of versions 3 and 4 by name, with unit and the rate of their time stamps."""
-    arrays, metadata = _read(path, "an MDF file", "asammdf", "mdf")
+    arrays, metadata = _read(path, "an MDF file", "mdf")
     groups = metadata["groups"]
-    times = {name: arrays[_TIMES.format(groups[name])] for name in names if name in groups}
+    times = {name: arrays[TIMES.format(groups[name])] for name in names if name in groups}
     check_starts({name: float(values[0]) for name, values in times.items()})
     return Sampled(
         arrays={name: arrays[name] for name in groups},
@@ -51,11 +50,10 @@ def load_mdf(path: Path, names: Iterable[str]) -> Sampled:
     )
 
 
-def _read(path: Path, form: str, library: str, extra: str) -> tuple[dict[str, np.ndarray], Json]:
+def _read(path: Path, form: str, extra: str) -> tuple[dict[str, np.ndarray], Json]:
     """Arrays by name, and what else the file states."""
     with reading(path, form, "Export it again."):
-        needed = _reader_process.ReaderLibrary(library, extra)
-        return _reader_process.run_library(path, needed)[:2]
+        return run_library(path, extra)[:2]
 
 
 def load_wav(path: Path, names: Iterable[str]) -> Sampled:

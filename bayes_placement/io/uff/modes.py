@@ -221,7 +221,8 @@ def _positions(datasets: list[Dataset], node: np.ndarray) -> np.ndarray:
 
 
 def _shapes(modes: list[_Mode], node: np.ndarray) -> np.ndarray:
-    shape = np.zeros((node.size, modes[0].value.shape[1], len(modes)))
+    kind = np.result_type(*(mode.value for mode in modes))
+    shape = np.zeros((node.size, modes[0].value.shape[1], len(modes)), kind)
     for column, mode in enumerate(modes):
         shape[np.searchsorted(node, mode.node), :, column] = mode.value
     return shape
@@ -258,8 +259,9 @@ def load_measured(path: Path, names: Mapping[int, str], poles: str | None = None
     scale = _scale([one for one in modes if one.fields["analysis_type"] in COMPLEX], poles)
     frequency, damping = np.array([_pole(dataset, scale) for dataset in modes]).T
     order = np.argsort(frequency)
-    nodes = np.unique(np.concatenate([_nodes_measured(dataset) for dataset in modes]))
-    shapes = np.stack([_shape_measured(modes[place], nodes) for place in order], axis=-1)
+    moved = [_Mode(one.place, one.fields, _nodes(one), _translations(one)) for one in modes]
+    nodes = np.unique(np.concatenate([mode.node for mode in moved]))
+    shapes = _shapes(moved, nodes)[..., order]
     moving = np.argwhere(np.any(shapes, axis=-1))
     damping = damping[order]
     return {
@@ -327,21 +329,6 @@ def _pole(dataset: Dataset, scale: float) -> tuple[float, float]:
     return float(size * abs(scale)), float(-fields["eig"].real * np.sign(scale) / size)
 
 
-def _nodes_measured(dataset: Dataset) -> np.ndarray:
-    return np.asarray(dataset.fields["node_nums"], dtype=np.int64)
-
-
-def _shape_measured(dataset: Dataset, nodes: np.ndarray) -> np.ndarray:
-    """Translations of the nodes [node, axis], zero without a record."""
-    node_numbers, fields = _nodes_measured(dataset), dataset.fields
-    columns = [np.asarray(fields[f"r{axis}"]) for axis in (1, 2, 3)]
-    if np.unique(node_numbers).size < node_numbers.size or any(
-        column.size != node_numbers.size for column in columns
-    ):
-        raise MeasurementFileError(
-            f"{dataset.place} holds a node twice or not three translations of each; each node once "
-            "is needed with its three translations. Export the mode again."
-        )
-    shape = np.zeros((nodes.size, 3), dtype=np.result_type(*columns))
-    shape[np.searchsorted(nodes, node_numbers)] = np.column_stack(columns)
-    return shape
+def _translations(dataset: Dataset) -> np.ndarray:
+    """Translations of each node; rotations behind them are left out."""
+    return np.column_stack([dataset.fields[f"r{axis}"] for axis in (1, 2, 3)])

@@ -142,6 +142,23 @@ def test_a_file_of_the_documented_layout_of_matlab_7_3_is_read(tmp_path):
     assert str(loaded.arrays["label"]) == "plate"
 
 
+def test_structures_in_cells_of_matlab_7_3_are_numbered_as_those_of_matlab_5(tmp_path):
+    path, lines = tmp_path / "cells.mat", np.arange(3.0)
+    write_matlab_7_3(path, f=lines)
+    with h5py.File(path, "r+") as file:
+        cells = file.create_dataset("run", (1, 2), dtype=h5py.ref_dtype)
+        cells.attrs["MATLAB_class"] = np.bytes_("cell")
+        for number in range(2):
+            group = file.create_group(f"#refs#/{number}")
+            group.attrs["MATLAB_class"] = np.bytes_("struct")
+            group["f"] = (number + lines)[:, None]
+            group["f"].attrs["MATLAB_class"] = np.bytes_("double")
+            cells[0, number] = group.ref
+    loaded = load(path)
+    assert [*loaded] == ["f", "run.1.f", "run.2.f"]
+    np.testing.assert_array_equal(loaded["run.2.f"], 1 + lines)
+
+
 @pytest.mark.parametrize("options", [{}, {"do_compression": True}])
 def test_files_of_scipy_are_read(tmp_path, options):
     content = {"H": np.eye(3) * 1j, "names": ["s1", "s2"], "run": {"f": [1.0, 2.0], "unit": "Hz"}}
