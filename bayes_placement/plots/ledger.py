@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 
 from .._shared.arguments import arguments_checked
 from .._shared.labels import AS_DRAWN
-from ..criticism.missing.fitted_model import FittedModel
 from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.ranking import Ranking
 from ..effects.library import kind_of
@@ -21,6 +20,7 @@ from ..inference.chi2 import LEVEL
 from ..positions.vectors import Recorded, triple
 from . import structure as structure_plots
 from ._colours import AFTER, INK, Style
+from ._falling import draw_falling, short, told_misfit
 from ._figures import (
     LONG,
     PAGE,
@@ -37,17 +37,13 @@ from ._figures import (
     worst_pairs,
 )
 from ._fit_panels import (
-    Falling,
     colours_of,
     draw_error,
-    draw_falling,
     draw_measured,
     draw_phase,
     draw_response,
     have_one_noise,
     mark_outside,
-    short,
-    told_misfit,
 )
 from ._fits import Fits, fits_of
 from ._instruments import thinness
@@ -278,8 +274,8 @@ def probabilities(result: Ranking | Ledger, *, ax: Axes | None = None) -> Figure
 def error_falls(ledger: Ledger, *, ax: Axes | None = None) -> Figure:
     """Draw the misfit of the model as given, then with one more effect each time.
 
-    Beside a model error that is the misfit of the best fit without it. Where the noise is not
-    known, it is the noise that the model needs, above the scatter of neighbouring lines.
+    Beside a model error that is the misfit of the best fit without it, which takes up nothing.
+    Where the noise is not known, it is the noise needed, above the scatter of neighbouring lines.
 
     Parameters
     ----------
@@ -294,24 +290,13 @@ def error_falls(ledger: Ledger, *, ax: Axes | None = None) -> Figure:
     'reduced chi-square [1]'
     """
     names = ["as given", *(f"+ {step.added}" for step in ledger.steps[1:])]
-    misfit = _misfit(ledger.steps)
+    misfit = told_misfit([step.to_json() for step in ledger.steps])
     layout = panels(1, 1, ax)
     panel = layout.only
     draw_falling(panel, names, misfit, FLOOR, top=2.0, beside=0.5)
     panel.set_xlabel("model [effects added one after the other]")
     panel.set_ylabel(misfit.quantity)
     return layout.with_legend()
-
-
-def _misfit(steps: Sequence[FittedModel]) -> Falling:
-    """Misfit of each step that no error takes up."""
-    noises = [step.noise_needed for step in steps]
-    return told_misfit(
-        [np.nan if noise is None else noise.relative for noise in noises],
-        [np.nan if noise is None else noise.over_scatter for noise in noises],
-        [step.chi2_when_exact for step in steps],
-        [step.chi2_per_datum for step in steps],
-    )
 
 
 @arguments_checked

@@ -187,6 +187,7 @@ def names(axis):
 
 
 NOISES = [NoiseNeeded(0.3, 4.3, 0.0), NoiseNeeded(0.17, 2.5, 0.0)]
+TAKEN_UP = [NoiseNeeded(0.015, 0.99, 0.9)] * 2
 
 
 @pytest.mark.parametrize(
@@ -194,12 +195,23 @@ NOISES = [NoiseNeeded(0.3, 4.3, 0.0), NoiseNeeded(0.17, 2.5, 0.0)]
     [
         ({"noise_needed": NOISES}, [30.0, 17.0], "noise needed, of the amplitude [%]"),
         ({"chi2_when_exact": [400.0, 20.0]}, [400.0, 20.0], "without model error"),
+        (
+            {
+                "noise_needed": TAKEN_UP,
+                "noise_needed_when_exact": NOISES,
+                "chi2_when_exact": [4.0, 1.0],
+            },
+            [60.0, 17.0],  # no prior of the noise goes beyond 30 %
+            "noise needed without model error, of the amplitude [%]",
+        ),
     ],
 )
 def test_the_error_that_falls_is_none_that_noise_or_model_error_take_up(change, shown, quantity):
-    ((field, values),) = change.items()
     exact = (step(None, 1.0), step("point_mass", 1.0))
-    steps = [replace(template, **{field: x}) for template, x in zip(exact, values, strict=True)]
+    changes = [
+        dict(zip(change, values, strict=True)) for values in zip(*change.values(), strict=True)
+    ]
+    steps = [replace(template, **each) for template, each in zip(exact, changes, strict=True)]
     (panel,) = ledger_plots.error_falls(ledger(*steps)).axes
     np.testing.assert_allclose(panel.lines[0].get_ydata(), shown)
     assert quantity in panel.get_ylabel()
