@@ -199,9 +199,15 @@ def pair_names(channels: xr.DataArray) -> list[str]:
     return [f"{sensor}, {actuator}{end}" for sensor, actuator, end in pairs]
 
 
-def height_of(size: xr.DataArray) -> float:
-    """Height of a panel [inch]."""
-    return 0.7 + ROW * min(size.sizes["channel"], MOST_NAMES)
+def height_of(pairs: int) -> float:
+    """Height of a panel of so many channel pairs [inch]."""
+    return 0.7 + ROW * min(pairs, MOST_NAMES)
+
+
+def name_rows(panel: Axes, names: Sequence[str]) -> None:
+    """Name channel pairs, of very many each n-th."""
+    step = -(-len(names) // MOST_NAMES)
+    panel.set_yticks(range(0, len(names), step), names[::step], fontsize=LETTERS)
 
 
 def draw_maps(figure: Figure, axes: np.ndarray, sizes: dict[str, xr.DataArray]) -> None:
@@ -220,8 +226,7 @@ def _draw(panel: Axes, size: xr.DataArray, norm: LogNorm) -> QuadMesh:
     rows = np.arange(len(names) + 1) - 0.5
     mesh = panel.pcolormesh(size.attrs["edges"], rows, size.values, norm=norm, cmap="cividis")
     mesh.set_rasterized(True)  # small in an SVG
-    step = -(-len(names) // MOST_NAMES)
-    panel.set_yticks(range(0, len(names), step), names[::step], fontsize=LETTERS)
+    name_rows(panel, names)
     panel.invert_yaxis()
     return mesh
 
