@@ -57,6 +57,9 @@ HEIGHT, OF_MAP = 2.4, 1.6
 LETTERS = 70
 """Letters of a line of a title."""
 
+TITLE: Style = {"fontsize": "medium", "loc": "center"}
+"""Style of a title: in the middle in a report too, where it may be wider than its map."""
+
 BAR, AROUND = 0.22, 0.9
 """Height of the bar of a channel, with the gap to the next, and of title and axis [inch]."""
 
@@ -124,7 +127,7 @@ def curves(
     if not bars.empty:
         best = reach.laws[reach.laws["acts_on"].isin(NOWHERE)].iloc[0]
         _bars(layout.axes.flat[-1], bars, best)
-        layout.axes.flat[-1].set_title(_title(reach, best["setting"], best), fontsize="medium")
+        layout.axes.flat[-1].set_title(_title(reach, best["setting"], best), **TITLE)
     return layout.with_legend()
 
 
@@ -172,7 +175,7 @@ def _draw_kind(
     else:
         _along(panel, curve.groupby("x", as_index=False).max(), best, experiment, line)
         _shade(panel, curve, reach.as_good(kind))
-    panel.set_title(_title(reach, kind, best), fontsize="medium")
+    panel.set_title(_title(reach, kind, best), **TITLE)
 
 
 def _title(reach: Reach, subject: str, best: pd.Series) -> str:
@@ -227,7 +230,7 @@ def law(
         phase.plot(lines, np.degrees(np.angle(values)), zorder=3, **style)
     ends = lines[0] / MARGIN, lines[-1] * MARGIN
     magnitude.set(xscale="log", xlim=ends, ylabel=f"{_noun(kind, unit)} [{unit}]")
-    magnitude.set_title(subject_in_words(kind, laws.iloc[0]), fontsize="medium", pad=ABOVE)
+    magnitude.set_title(subject_in_words(kind, laws.iloc[0]), pad=ABOVE, **TITLE)
     if kind in CHANNELS:
         magnitude.set(ylim=(0.0, ROOM * np.abs(curves[0]).max()))
     else:

@@ -21,6 +21,7 @@ from bayes_placement.plots import reach as reach_plots
 from bayes_placement.plots import report as report_writer
 from bayes_placement.plots import structure as structure_plots
 from bayes_placement.plots.report import Report, write_report
+from bayes_placement.plots.report._style import look
 from tests.in_space import Linear
 from tests.plots.test_ledger import ranking
 
@@ -190,8 +191,9 @@ def test_the_title_of_a_narrow_map_is_not_broken():
     found = reached("plane")
     tables = {name: getattr(found, name) for name in ("curves", "laws")}
     narrow = {name: table.assign(x=0.2 * table["x"]) for name, table in tables.items()}
-    figure = reach_plots.curves(dataclasses.replace(found, **narrow))
-    figure.savefig(io.BytesIO())
+    with look():  # of a report
+        figure = reach_plots.curves(dataclasses.replace(found, **narrow))
+        figure.savefig(io.BytesIO())
     panel = figure.axes[0]
     assert panel.get_window_extent().width < panel.title.get_window_extent().width
     assert "\n" not in panel.get_title()
