@@ -12,6 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.patheffects import withStroke
+from matplotlib.transforms import BboxTransformTo, ScaledTranslation, blended_transform_factory
 
 from .._shared.errors import InputError
 from .._shared.labels import FORCE_LEVEL
@@ -38,11 +40,14 @@ NARROW = 4.2
 LONG = 3.0
 """Length over width of what maps show, from which they stand along each other."""
 
-STRIP, MAP, MAST = 1.7, 2.7, 5.0
+STRIP, MAP, MAST = 1.8, 2.7, 5.0
 """Height of a wide map, of another and of a high one, with title and numbers [inch]."""
 
 LARGEST = 200.0
 """Greatest height of a figure [inch]; panels shrink beyond."""
+
+BESIDE, BAR = 0.1, 0.12
+"""Distance of the scale of colours from its map, and its width [inch]."""
 
 CROWDED = 0.2
 """Share of the band within which half of the lines crowd."""
@@ -67,6 +72,10 @@ STAR: Style = {
     "linestyle": "none",
 }
 """Marker of an optimum or of a fitted place."""
+
+
+SEEN = [withStroke(linewidth=2.5, foreground=PAPER)]
+"""What makes a name or a mark stand out from what lies below it."""
 
 
 class Panels(NamedTuple):
@@ -167,11 +176,12 @@ def maps_and_bars(
     bars_height = min(bars_height, PAGE - rows * map_height)
     size = (PANEL[0] + NARROW, rows * map_height + bars_height)
     figure = PlainFigure.on_page(*size, layout)
-    ratios = [map_height] * rows + [bars_height]
-    grid = figure.add_gridspec(rows + 1, columns, height_ratios=ratios)
+    parts = figure.add_gridspec(2, 1, height_ratios=[map_height * rows, bars_height])
+    # Each has a grid of its own, so that maps do not shrink by the names of bars.
+    grid = parts[0].subgridspec(rows, columns)
     cells = list(itertools.product(range(rows), range(columns)))[:count]
     maps = [figure.add_subplot(grid[cell], projection=projection) for cell in cells]
-    bars = figure.add_subplot(grid[-1, :])
+    bars = figure.add_subplot(parts[1].subgridspec(1, 1)[0])
     return Panels(figure, np.array([[*maps, bars]], dtype=object), is_new=True)
 
 
@@ -273,9 +283,16 @@ def edges(middles: np.ndarray) -> np.ndarray:
     return np.concatenate([[first], between, [last]])
 
 
-def color_bar(marks: ScalarMappable, panel: Axes, label: str, **settings: Any) -> None:
-    """Add the scale of the colours of a panel."""
-    panel.figure.colorbar(marks, ax=panel, label=label, **settings)
+def color_bar(marks: ScalarMappable, panel: Axes, label: str) -> None:
+    """Add the scale of the colours of a panel right beside it, below one in space."""
+    if panel.name == "3d":
+        # The layout reserves no space for the numbers of the z axis, at the right of a panel.
+        panel.figure.colorbar(marks, ax=panel, label=label, shrink=0.8, location="bottom")
+        return
+    inches = panel.figure.dpi_scale_trans + ScaledTranslation(1.0, 0.0, BboxTransformTo(panel.bbox))
+    beside = blended_transform_factory(inches, panel.transAxes)
+    bar = panel.inset_axes((BESIDE, 0.0, BAR, 1.0), transform=beside)
+    panel.figure.colorbar(marks, cax=bar, label=label)
 
 
 def on_two_lines(unit: str) -> str:

@@ -199,9 +199,15 @@ def pair_names(channels: xr.DataArray) -> list[str]:
     return [f"{sensor}, {actuator}{end}" for sensor, actuator, end in pairs]
 
 
-def height_of(size: xr.DataArray) -> float:
-    """Height of a panel [inch]."""
-    return 0.7 + ROW * min(size.sizes["channel"], MOST_NAMES)
+def height_of(pairs: int) -> float:
+    """Height of a panel of so many channel pairs [inch]."""
+    return 0.7 + ROW * min(pairs, MOST_NAMES)
+
+
+def name_rows(panel: Axes, names: Sequence[str]) -> None:
+    """Name channel pairs, of very many each n-th."""
+    step = -(-len(names) // MOST_NAMES)
+    panel.set_yticks(range(0, len(names), step), names[::step], fontsize=LETTERS)
 
 
 def draw_maps(figure: Figure, axes: np.ndarray, sizes: dict[str, xr.DataArray]) -> None:
@@ -220,8 +226,7 @@ def _draw(panel: Axes, size: xr.DataArray, norm: LogNorm) -> QuadMesh:
     rows = np.arange(len(names) + 1) - 0.5
     mesh = panel.pcolormesh(size.attrs["edges"], rows, size.values, norm=norm, cmap="cividis")
     mesh.set_rasterized(True)  # small in an SVG
-    step = -(-len(names) // MOST_NAMES)
-    panel.set_yticks(range(0, len(names), step), names[::step], fontsize=LETTERS)
+    name_rows(panel, names)
     panel.invert_yaxis()
     return mesh
 
@@ -337,57 +342,3 @@ def _name_modes(panel: Axes, frequency: OfModes) -> None:
     panel.set_xticks(range(len(labels)), labels)
     panel.set_xlim(-0.5, len(labels) - 0.5)
     panel.set_xlabel("measured mode, natural frequency [Hz]")
-
-
-LEAST_MISFIT = 1e-3
-"""Misfit below which a point stands at the lower end: data without noise can be fitted exactly."""
-
-
-class Falling(NamedTuple):
-    """Misfit of each step that no error takes up, what it is, and that of the noise alone."""
-
-    values: list[float]
-    quantity: str
-    label: str = "misfit of the best fit"
-    floor: float = 1.0
-    floor_label: str = "noise floor of a correct model"
-
-
-def told_misfit(
-    needed: list[float], scatters: list[float], exact: list[float], plain: list[float]
-) -> Falling:
-    """Misfit of each step that no error takes up: of three, the first known.
-
-    Where the noise is not known that is the noise that each step needs, held against the scatter of
-    neighbouring lines about the last one: what a step misses, it takes for noise and scatter both.
-    """
-    if np.isfinite(needed).all():
-        shares = [PERCENT * share for share in needed]
-        words = "noise needed, of the amplitude [%]", "noise that the best fit needs"
-        return Falling(shares, *words, shares[-1] / scatters[-1], "scatter of neighbouring lines")
-    if np.isfinite(exact).all():
-        return Falling(exact, "reduced chi-square without model error [1]")
-    return Falling(plain, "reduced chi-square [1]")
-
-
-def draw_falling(
-    panel: Axes, names: list[str], misfit: Falling, floor: str, *, top: float, beside: float
-) -> None:
-    """Draw the misfit of steps above the noise, with room above (a factor) and beside them."""
-    drawn = np.maximum(misfit.values, LEAST_MISFIT)
-    panel.plot(range(len(drawn)), drawn, "o-", color=AFTER, label=misfit.label)
-    for number, (value, height) in enumerate(zip(misfit.values, drawn, strict=True)):
-        panel.annotate(short(value), (number, height), (8, 4), textcoords="offset points")
-    shown = drawn
-    if np.isfinite(misfit.floor):  # too few lines have no scatter
-        panel.axhline(misfit.floor, color=floor, linestyle="--", label=misfit.floor_label)
-        shown = np.append(drawn, misfit.floor)
-    panel.set_yscale("log")
-    panel.set_ylim(0.5 * shown.min(), top * shown.max())
-    panel.set_xlim(-beside, len(drawn) - beside)
-    panel.set_xticks(range(len(names)), names)
-
-
-def short(value: float) -> str:
-    """Write a number of at least three digits."""
-    return f"{value:.0f}" if value >= 100 else f"{value:.3g}"

@@ -47,17 +47,18 @@ class PlainFigure(Figure):
     def _shrink_letters(self) -> None:
         """Shrink letters once, none below the least size."""
         share, self.letters = self.letters, 1.0
-        for axes in self.axes:
+        for axes in self.findobj(Axes):  # scales of colours, which stand within others, too
             axes.tick_params(which="both", labelsize=max(LEAST, USUAL * share))
         for text in self.findobj(Text):
             text.set_fontsize(max(LEAST, float(text.get_fontsize()) * share))
 
-    def _keep_apart(self, renderer: object) -> None:
+    def _keep_apart(self, renderer: Any) -> None:
         """Break names longer than their panels, once, and thin out numbers that collide."""
         self._lay_out()
         has_changed = False
-        for axes in self.axes:
-            axes.apply_aspect()
+        for axes in self.findobj(Axes):
+            locator = axes.get_axes_locator()
+            axes.apply_aspect(None if locator is None else locator(axes, renderer))
             if not self.has_broken_names:
                 has_changed |= _break_names(axes, renderer)
             if axes.name != "3d":
@@ -92,8 +93,10 @@ class PlainFigure(Figure):
 
 
 def _break_names(panel: Axes, renderer: Any) -> bool:
-    """Break the names of a panel that are longer than it; whether there were any."""
+    """Break names longer than the room of a panel, which a map may not fill; whether there were."""
     upright, box = panel.yaxis.label, panel.bbox
+    if panel.get_axes_locator() is None:
+        box = panel.get_position(original=True).transformed(panel.figure.transSubfigure)
     lengths = [(upright, upright.get_window_extent(renderer).height, box.height)]
     for name in (panel.xaxis.label, panel.title):
         lengths.append((name, name.get_window_extent(renderer).width, box.width))

@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 
 from .._shared.arguments import arguments_checked
 from .._shared.labels import AS_DRAWN
-from ..criticism.missing.fitted_model import FittedModel
 from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.ranking import Ranking
 from ..effects.library import kind_of
@@ -21,6 +20,7 @@ from ..inference.chi2 import LEVEL
 from ..positions.vectors import Recorded, triple
 from . import structure as structure_plots
 from ._colours import AFTER, INK, Style
+from ._falling import draw_falling, short, told_misfit
 from ._figures import (
     LONG,
     PAGE,
@@ -37,20 +37,17 @@ from ._figures import (
     worst_pairs,
 )
 from ._fit_panels import (
-    Falling,
     colours_of,
     draw_error,
-    draw_falling,
     draw_measured,
     draw_phase,
     draw_response,
     have_one_noise,
     mark_outside,
-    short,
-    told_misfit,
 )
 from ._fits import Fits, fits_of
 from ._instruments import thinness
+from ._line import Line, line_through
 
 MOST_MAPS = 4
 """Greatest number of maps of a structure in space; half as many high ones, or above many bars."""
@@ -61,10 +58,10 @@ CROWD = 20
 CLAIMED, SUSPECT, CHANCE, FLOOR = "#009E73", AFTER, "0.7", INK
 """Colours."""
 
-BAR, ON_TWO_LINES = 0.3, 9
-"""Height of a bar [inch], and bars that are as high below any maps, so that two lines fit."""
+BAR, ON_TWO_LINES = 0.3, 0.22
+"""Height of a bar, and that from which two lines fit, before the figure is laid out [inch]."""
 
-LETTERS = 32
+LETTERS = 44
 """Letters in a line of text beside a bar."""
 
 SMALLEST = 1e-3
@@ -141,9 +138,12 @@ def suspicion(
     kinds = list(greatest.sort_values(["claimed", "size"]).index)
     of_names = [(kind_by_name.get(name, name), place) for name, place in (places or {}).items()]
     marked = [(kind, place) for kind, place in of_names if kind in kinds]
-    if "z" in table and table["z"].notna().any():
+    if "z" not in table or not table["z"].notna().any():
+        return _on_a_line(table, kinds, marked, axes, Line())
+    line = line_through(structure_plots.extent(experiment, table[table["z"].notna()]))
+    if line is None:
         return _in_space(table, kinds, marked, experiment, axes)
-    return _on_a_line(table, kinds, marked, axes)
+    return _on_a_line(line.with_at(table), kinds, marked, axes, line)
 
 
 def _in_space(
@@ -174,28 +174,35 @@ def _in_space(
         structure_plots.name_axes(panel, view)
         panel.set_title(f"suspicion of{chr(10) if are_narrow else ' '}{kind}")
     _draw_greatest(bars, table, kinds)
-    between = "\n" if len(kinds) <= ON_TWO_LINES else ", "
-    names = [_with_setting(table, kind, between) for kind in kinds]
+    room = bars.get_position().height * bars.figure.get_figheight() / len(kinds)
+    names = [_with_setting(table, kind, 2 if room > ON_TWO_LINES else 1) for kind in kinds]
     bars.set_yticks(range(len(kinds)), names)
+    bars.set_ylim(-0.6, len(kinds) - 0.4)
     return layout.with_legend()
 
 
-def _with_setting(table: pd.DataFrame, kind: str, between: str) -> str:
-    """A kind, and below or beside it what of the structure its greatest score is about."""
+def _with_setting(table: pd.DataFrame, kind: str, lines: int) -> str:
+    """A kind, and what of the structure its greatest score is about, on no more lines."""
     worst = table[table["kind"] == kind].nlargest(1, "size")
     setting = worst["setting"].iloc[0] if "setting" in worst else ""
-    return between.join(filter(None, [kind, textwrap.shorten(setting, LETTERS, placeholder="…")]))
+    words = ", ".join(filter(None, [kind, setting]))
+    return textwrap.fill(words, LETTERS, max_lines=lines, placeholder="…")
 
 
 def _on_a_line(
-    table: pd.DataFrame, kinds: list[str], places: Sequence[tuple[str, object]], axes: object
+    table: pd.DataFrame,
+    kinds: list[str],
+    places: Sequence[tuple[str, Recorded]],
+    axes: object,
+    line: Line,
 ) -> Figure:
     layout = panels(1, 2, axes, size=(PANEL[0], min(PAGE, max(PANEL[1], 1.2 + BAR * len(kinds)))))
     strips, bars = layout.axes[0]
     _draw_strips(strips, table, kinds)
+    strips.set_xlabel(line.label)
     _draw_greatest(bars, table, kinds)
     if places:
-        rows, at = zip(*((kinds.index(kind), place) for kind, place in places), strict=True)
+        rows, at = zip(*((kinds.index(kind), line.at(at)) for kind, at in places), strict=True)
         strips.plot(at, rows, **STAR, label="place as fitted")
     for panel in (strips, bars):
         panel.set_ylim(-0.5, len(kinds) - 0.5)
@@ -208,6 +215,8 @@ def _draw_strips(panel: Axes, table: pd.DataFrame, kinds: list[str]) -> None:
     """One strip for each kind; blank for kinds that have no place."""
     located = table[table["at"].notna() & ~table["kind"].isin(_WITHOUT_PLACE)]
     norm = Normalize(0.0, max(float(table["size"].max()), structure_plots.LEAST_COLOUR_RANGE))
+    if located["at"].nunique() > 1:  # strips of few places reach beyond
+        panel.set_xlim(located["at"].min(), located["at"].max())
     for kind, rows in located.groupby("kind"):
         most = rows.groupby("at")["size"].max()
         strip = kinds.index(str(kind)) + np.array([-0.4, 0.4])
@@ -215,7 +224,6 @@ def _draw_strips(panel: Axes, table: pd.DataFrame, kinds: list[str]) -> None:
     for row, kind in enumerate(kinds):
         if kind not in set(located["kind"]):
             panel.annotate("no place", (0.5, row), **_CENTRED)
-    panel.set_xlabel("place along the structure [m]")
     panel.set_ylabel("effect [kind]")
     panel.set_title("suspicion along the structure")
     label = f"{_SCORE} [standard deviations]"
@@ -269,8 +277,9 @@ def probabilities(result: Ranking | Ledger, *, ax: Axes | None = None) -> Figure
     panel.set_yticks(range(len(share)), share.index)
     panel.set_xlim(0, 1.15)
     panel.set_xlabel("posterior probability [1]")
-    if len(every) > len(share):
-        panel.set_title(f"below {SMALLEST:g}: {len(every) - len(share)} more")
+    rest = len(every) - len(share)
+    more = f" ({rest} more below {SMALLEST:g})" if rest else ""
+    panel.set_title(f"probability of each kind{more}", fontsize="medium")
     return layout.figure
 
 
@@ -278,8 +287,8 @@ def probabilities(result: Ranking | Ledger, *, ax: Axes | None = None) -> Figure
 def error_falls(ledger: Ledger, *, ax: Axes | None = None) -> Figure:
     """Draw the misfit of the model as given, then with one more effect each time.
 
-    Beside a model error that is the misfit of the best fit without it. Where the noise is not
-    known, it is the noise that the model needs, above the scatter of neighbouring lines.
+    Beside a model error that is the misfit of the best fit without it, which takes up nothing.
+    Where the noise is not known, it is the noise needed, above the scatter of neighbouring lines.
 
     Parameters
     ----------
@@ -294,24 +303,13 @@ def error_falls(ledger: Ledger, *, ax: Axes | None = None) -> Figure:
     'reduced chi-square [1]'
     """
     names = ["as given", *(f"+ {step.added}" for step in ledger.steps[1:])]
-    misfit = _misfit(ledger.steps)
+    misfit = told_misfit([step.to_json() for step in ledger.steps])
     layout = panels(1, 1, ax)
     panel = layout.only
     draw_falling(panel, names, misfit, FLOOR, top=2.0, beside=0.5)
     panel.set_xlabel("model [effects added one after the other]")
     panel.set_ylabel(misfit.quantity)
     return layout.with_legend()
-
-
-def _misfit(steps: Sequence[FittedModel]) -> Falling:
-    """Misfit of each step that no error takes up."""
-    noises = [step.noise_needed for step in steps]
-    return told_misfit(
-        [np.nan if noise is None else noise.relative for noise in noises],
-        [np.nan if noise is None else noise.over_scatter for noise in noises],
-        [step.chi2_when_exact for step in steps],
-        [step.chi2_per_datum for step in steps],
-    )
 
 
 @arguments_checked

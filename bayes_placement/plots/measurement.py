@@ -7,7 +7,7 @@ from .._shared.arguments import arguments_checked
 from ..experiment.measurement import Measurement
 from ..experiment.quantities import quantity_of
 from ._colours import BEFORE, DATA
-from ._figures import panels
+from ._figures import panels, unbroken
 
 MOST_PAIRS = 4
 """Pairs of channels on a page."""
@@ -53,7 +53,7 @@ def _page(
         column[0].set_title(f"{sensor.label} / {actuator.label}", fontsize="small")
         column[-1].set_xlabel("frequency [Hz]")
         column[1].set_yticks([-180, -90, 0, 90, 180])
-    unit = quantity_of(measurement.quantity).ascii_unit
+    unit = quantity_of(measurement.quantity).unit
     labels = (f"magnitude\n[dB re 1 {unit}]", "phase [°]", "coherence [1]")
     for panel, label in zip(layout.axes[:, 0], labels, strict=False):
         panel.set_ylabel(label)
@@ -68,7 +68,7 @@ def _draw(
     """Draw what is known of a pair of channels, a panel each."""
     frf = measurement.frf[pair]
     with np.errstate(divide="ignore"):
-        curves = [20 * np.log10(np.abs(frf)), np.degrees(np.angle(frf))]
+        curves = [20 * np.log10(np.abs(frf)), unbroken(np.degrees(np.angle(frf)))]
     if measurement.coherence is not None:
         curves.append(measurement.coherence[pair])
     for panel, curve in zip(column, curves, strict=False):

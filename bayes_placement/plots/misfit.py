@@ -23,7 +23,7 @@ from ._figures import (
     pages_of,
     panels,
 )
-from ._fit_panels import draw_maps, height_of, in_bands
+from ._fit_panels import draw_maps, height_of, in_bands, name_rows
 from ._fits import Fits, fits_of
 from ._plain_figure import WIDTH
 
@@ -51,17 +51,17 @@ def residual_map(misfit: Misfit, *, axes: Sequence[Axes] | np.ndarray | None = N
     'frequency [Hz]'
     """
     levels = force_levels(misfit.response)
-    size = (PANEL[0], min(PANEL[1], PAGE / len(levels)))
-    layout = panels(len(levels), 1, axes, size=size)
     relative = misfit.response["misfit"]
+    pairs = relative.stack(pair=("sensor", "actuator"))
+    names = [f"{sensor}, {actuator}" for sensor, actuator in pairs["pair"].values]
+    size = (PANEL[0], min(max(PANEL[1], height_of(len(names))), PAGE / len(levels)))
+    layout = panels(len(levels), 1, axes, size=size)
     norm = LogNorm(FAINTEST, max(BRIGHTEST, float(relative.max())), clip=True)
     for panel, (level, response) in zip(layout.axes.flat, levels, strict=True):
-        pairs = response["misfit"].stack(pair=("sensor", "actuator"))
-        names = [f"{sensor}, {actuator}" for sensor, actuator in pairs["pair"].values]
         lines, rows = response["frequency"].values, np.arange(len(names) + 1) - 0.5
-        values = pairs.transpose("pair", "frequency")
+        values = response["misfit"].stack(pair=("sensor", "actuator")).transpose("pair", ...)
         mesh = panel.pcolormesh(edges(lines), rows, values, norm=norm)
-        panel.set_yticks(range(len(names)), names)
+        name_rows(panel, names)
         frequency_axis(panel, lines)
         panel.set_ylabel("channel [sensor, actuator]")
         panel.set_title(f"residual{level}")
@@ -87,7 +87,7 @@ def residual_maps(result: Fits, *, axes: Sequence[Axes] | np.ndarray | None = No
     'as given'
     """
     sizes = {name: in_bands(fit) for name, fit in fits_of(result).items() if name != AS_DRAWN}
-    height = height_of(next(iter(sizes.values())))
+    height = height_of(next(iter(sizes.values())).sizes["channel"])
     layout = panels(len(sizes), 1, axes, size=(WIDTH, height))
     draw_maps(layout.figure, layout.axes, sizes)
     return layout.figure

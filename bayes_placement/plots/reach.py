@@ -2,6 +2,7 @@
 
 import textwrap
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TypeAlias
 
 import jax.numpy as jnp
@@ -15,22 +16,27 @@ from matplotlib.ticker import MultipleLocator
 from .._shared.arguments import arguments_checked
 from ..criticism.reach._channels import CHANNELS, NOWHERE
 from ..criticism.reach._filters import ChannelFilter
-from ..criticism.reach.reach import Reach
+from ..criticism.reach.reach import Reach, subject_in_words
 from ..experiment.experiment import Experiment
 from ..inference.units import probability_in_words
 from ..laws.law import Law
 from ..laws.tabulated import COMPLIANCES
+from ..positions.vectors import triple
 from . import structure as structure_plots
 from ._colours import AFTER, BEFORE, DATA, FAINT, FIFTH, FLOOR, FOURTH, Style
-from ._figures import PANEL, STAR, color_bar, panels
+from ._figures import LONG, PANEL, STAR, color_bar, panels
 from ._impedance_paper import rule
 from ._instruments import View, thinness
+from ._line import Line, line_through
 from ._plain_figure import HIGHEST
 
 Values: TypeAlias = Inexact[np.ndarray, "frequency"]
 
 LAW_HEIGHT = 2.3
 """Height of a panel of a law [inch]."""
+
+ABOVE = 16.0
+"""Distance of a title from a panel with numbers above [pt]."""
 
 MARGIN, ROOM, LEAST_RANGE = 1.05, 2.0, 10**0.75
 """Factors beyond what is drawn: of frequency, of magnitude, and its least, to either side."""
@@ -45,14 +51,20 @@ STYLES: list[Style] = [
 ]
 """The best laws, one after the other."""
 
-HEIGHT, IN_SPACE = 2.4, 1.6
-"""Height of a panel of one kind of port [inch], and the factor for a structure seen in space."""
+HEIGHT, OF_MAP = 2.4, 1.6
+"""Height of a panel of one kind of port [inch], and the factor for a map that is not long."""
 
-LETTERS = 64
+LETTERS = 70
 """Letters of a line of a title."""
+
+TITLE: Style = {"fontsize": "medium", "loc": "center"}
+"""Style of a title: in the middle in a report too, where it may be wider than its map."""
 
 BAR, AROUND = 0.22, 0.9
 """Height of the bar of a channel, with the gap to the next, and of title and axis [inch]."""
+
+MOST_BARS = 16
+"""Bars that find room beside maps; those of the greatest shares."""
 
 _SIDES = r"(?:sensor|actuator) |, channel"
 """What the name of a channel does not need beside its bar."""
@@ -78,8 +90,8 @@ def curves(
     Along a line, a pale curve for any law and a dark one for a law of few numbers: where only the
     pale one is high, a law could do it that no few elements make; of laws on a part that of the
     best part that holds the place. Places that the data do not tell apart are shaded. A map of both
-    ends for a strut, and places in colour for a structure in space. The best law, fitted with its
-    place, is a star.
+    ends for a strut, and places in colour for a structure in space that lies along no line. The
+    best law, fitted with its place, is a star.
 
     Parameters
     ----------
@@ -101,57 +113,75 @@ def curves(
     >>> bp.plots.reach.curves(bp.reach(experiment, surprise)).axes[0].get_xlabel()
     'place along the structure [m]'
     """
+    line = _line(reach.curves, experiment)
+    reach = replace(reach, curves=line.of(reach.curves), laws=line.of(reach.laws))
     kinds = [kind for kind in reach.kinds().index if kind not in NOWHERE]
     bars = reach.curves[reach.curves["acts_on"].isin(NOWHERE)]
-    of_bars = max(1.0, (len(bars) * BAR + AROUND) / HEIGHT)
-    projections = [_projection(_of_kind(reach.curves, kind), experiment) for kind in kinds]
-    projections += [None] * (not bars.empty)
-    heights = [IN_SPACE if projection else 1.0 for projection in projections]
-    heights[len(kinds) :] = [of_bars] * (not bars.empty)
-    size = PANEL[0], min(HEIGHT, HIGHEST / sum(heights))
+    views = [_seen(_of_kind(reach.curves, kind), experiment) for kind in kinds]
+    heights = _heights(views, len(bars))
+    projections = [view and view.projection for view in views] + [None] * (not bars.empty)
+    size = PANEL[0], 1.0
     layout = panels(len(heights), 1, axes, heights=heights, size=size, projection=projections)
     for panel, kind in zip(layout.axes.flat, kinds, strict=False):
-        _draw_kind(panel, reach, kind, experiment)
+        _draw_kind(panel, reach, kind, experiment, line)
     if not bars.empty:
         best = reach.laws[reach.laws["acts_on"].isin(NOWHERE)].iloc[0]
         _bars(layout.axes.flat[-1], bars, best)
-        layout.axes.flat[-1].set_title(_title(reach, best["setting"], best))
+        layout.axes.flat[-1].set_title(_title(reach, best["setting"], best), **TITLE)
     return layout.with_legend()
+
+
+def _line(curves: pd.DataFrame, experiment: Experiment | None) -> Line:
+    """The line along which the structure lies, that of a beam where it lies along none."""
+    located = curves[curves["z"].notna()]
+    if located.empty:
+        return Line()
+    return line_through(structure_plots.extent(experiment, located)) or Line()
 
 
 def _of_kind(table: pd.DataFrame, kind: str) -> pd.DataFrame:
     return table[table["acts_on"] == kind]
 
 
-def _projection(curve: pd.DataFrame, experiment: Experiment | None) -> str | None:
-    """Projection of the axes of a kind of port: none along a line and in a plane."""
-    return _view(curve, experiment).projection if curve["z"].notna().any() else None
+def _seen(curve: pd.DataFrame, experiment: Experiment | None) -> View | None:
+    """View of a map of a kind of port; none along a line."""
+    return _view(curve, experiment) if curve["z"].notna().any() else None
+
+
+def _heights(views: Sequence[View | None], bars: int) -> list[float]:
+    """Heights of panels [inch], of which bars need theirs for their names."""
+    shares = [1.0 if view is None or view.proportion > LONG else OF_MAP for view in views]
+    of_bars = [BAR * min(bars, MOST_BARS) + AROUND] * (bars > 0)
+    unit = min(HEIGHT, (HIGHEST - sum(of_bars)) / max(sum(shares), 1.0))
+    return [unit * share for share in shares] + of_bars
 
 
 def _view(curve: pd.DataFrame, experiment: Experiment | None, panel: Axes | None = None) -> View:
     return structure_plots.view(structure_plots.extent(experiment, curve), thin=thinness(panel))
 
 
-def _draw_kind(panel: Axes, reach: Reach, kind: str, experiment: Experiment | None) -> None:
+def _draw_kind(
+    panel: Axes, reach: Reach, kind: str, experiment: Experiment | None, line: Line
+) -> None:
     """Draw what laws at the places of one kind of port could remove."""
     curve, best = _of_kind(reach.curves, kind), _of_kind(reach.laws, kind).iloc[0]
     if curve["z"].notna().any():
         _in_space(panel, curve, best, experiment)
     elif kind == "region":
         middle = pd.Series({**best, "x": (best["x"] + best["to_x"]) / 2})
-        _along(panel, _by_place(curve), middle, experiment)
+        _along(panel, _by_place(curve), middle, experiment, line)
     elif curve["to_x"].notna().any():
         _between(panel, curve, best)
     else:
-        _along(panel, curve, best, experiment)
+        _along(panel, curve.groupby("x", as_index=False).max(), best, experiment, line)
         _shade(panel, curve, reach.as_good(kind))
-    panel.set_title(_title(reach, kind, best))
+    panel.set_title(_title(reach, kind, best), **TITLE)
 
 
 def _title(reach: Reach, subject: str, best: pd.Series) -> str:
     probability = reach.kinds()["probability"][best["acts_on"]]
-    words = f"{subject}: {best['law'].in_words()} ({probability_in_words(probability)})"
-    return textwrap.fill(words, LETTERS)
+    unbroken = probability_in_words(probability).replace(" ", "\u00a0")
+    return textwrap.fill(f"{subject}: {best['law'].in_words()} ({unbroken})", LETTERS)
 
 
 @arguments_checked
@@ -200,8 +230,9 @@ def law(
         phase.plot(lines, np.degrees(np.angle(values)), zorder=3, **style)
     ends = lines[0] / MARGIN, lines[-1] * MARGIN
     magnitude.set(xscale="log", xlim=ends, ylabel=f"{_noun(kind, unit)} [{unit}]")
+    magnitude.set_title(subject_in_words(kind, laws.iloc[0]), pad=ABOVE, **TITLE)
     if kind in CHANNELS:
-        magnitude.set(ylim=(0.0, ROOM * np.abs(curves[0]).max()), title=laws["setting"].iloc[0])
+        magnitude.set(ylim=(0.0, ROOM * np.abs(curves[0]).max()))
     else:
         magnitude.set(yscale="log", ylim=_range(measured, curves[0]))
         if kind not in NOWHERE:
@@ -269,7 +300,7 @@ def _range(measured: pd.DataFrame, law: np.ndarray) -> tuple[float, float]:
 
 
 def _along(
-    panel: Axes, curve: pd.DataFrame, best: pd.Series, experiment: Experiment | None
+    panel: Axes, curve: pd.DataFrame, best: pd.Series, experiment: Experiment | None, line: Line
 ) -> None:
     place, any_law, few = (curve[name].to_numpy() for name in ("x", "any_law", "few_numbers"))
     panel.fill_between(place, 100 * any_law, color=FAINT, label="any law")
@@ -277,11 +308,11 @@ def _along(
     panel.plot(best["x"], 100 * best["few_numbers"], **STAR, label="best law, with its place")
     for kind, marker in (("sensor", "v"), ("actuator", "^")):
         instruments = getattr(experiment, kind, {}).values()
-        places = [float(np.ravel(each.recorded)[0]) for each in instruments]
+        places = [line.at(each.recorded) for each in instruments]
         if places:
             style: Style = {"color": BEFORE, "linestyle": "none", "clip_on": False}
             panel.plot(places, np.zeros(len(places)), marker, **style, label=f"{kind} as recorded")
-    panel.set(xlabel="place along the structure [m]", ylabel=SHARE, ylim=(0, 105))
+    panel.set(xlabel=line.label, ylabel=SHARE, ylim=(0, 105))
 
 
 def _shade(panel: Axes, curve: pd.DataFrame, as_good: pd.DataFrame) -> None:
@@ -291,8 +322,9 @@ def _shade(panel: Axes, curve: pd.DataFrame, as_good: pd.DataFrame) -> None:
     if len(as_good) < 2:
         return
     label = "not told apart"
+    style: Style = {"facecolor": "none", "edgecolor": FLOOR, "linewidth": 0, "hatch": "////"}
     for number in np.searchsorted(places, as_good["x"].unique()):
-        panel.axvspan(*ends[number : number + 2], color=FLOOR, alpha=0.3, zorder=0.4, label=label)
+        panel.axvspan(*ends[number : number + 2], label=label, **style)
         label = "_"
 
 
@@ -310,6 +342,8 @@ def _by_place(curve: pd.DataFrame) -> pd.DataFrame:
 
 
 def _bars(panel: Axes, curve: pd.DataFrame, best: pd.Series) -> None:
+    further = max(len(curve) - MOST_BARS, 0)
+    curve = curve.loc[curve["few_numbers"].nlargest(MOST_BARS).sort_index().index]
     short = curve["setting"].str.replace(_SIDES, "", regex=True)
     names = short if short.is_unique else curve["setting"]
     panel.barh(names, 100 * curve["any_law"], color=FAINT, label="any law")
@@ -318,7 +352,8 @@ def _bars(panel: Axes, curve: pd.DataFrame, best: pd.Series) -> None:
     best_name = names[curve["setting"] == best["setting"]].iloc[:1]
     panel.plot([100 * best["few_numbers"]] * len(best_name), best_name, **STAR, clip_on=False)
     panel.invert_yaxis()  # as in the table
-    panel.set(xlabel=SHARE, xlim=(0, 105))
+    more = f"; {further} more channels remove less" if further else ""
+    panel.set(xlabel=f"{SHARE}{more}", xlim=(0, 105))
 
 
 def _between(panel: Axes, curve: pd.DataFrame, best: pd.Series) -> None:
@@ -337,5 +372,7 @@ def _in_space(
     if experiment is not None:
         structure_plots.draw_structure(panel, view, experiment)
     structure_plots.draw_scores(panel, view, rows, SHARE)
-    structure_plots.mark_place(panel, view, (best["x"], best["y"], best["z"]))
+    ends = [best[["x", "y", "z"]], best[["to_x", "to_y", "to_z"]].dropna()]
+    for end in filter(len, ends):
+        structure_plots.mark_place(panel, view, triple(end))
     structure_plots.name_axes(panel, view)

@@ -14,7 +14,7 @@ from ..modes.finite_elements.outline import outline
 from ..positions.bounds import in_space
 from ..positions.vectors import PointsInSpace
 from ._colours import DATA, Style
-from ._figures import LONG, STAR, color_bar, panels
+from ._figures import LONG, SEEN, STAR, color_bar, panels
 from ._instruments import (
     FLAT,
     INSTRUMENT,
@@ -36,6 +36,9 @@ LEAST_COLOUR_RANGE = 5.0
 
 MARGIN = 0.12
 """Margin around a structure, as a share of the largest side."""
+
+FORESHORTENED = 1.5
+"""Factor on the distance in space within which transducers are named together."""
 
 _GREY = "0.8"
 _LABEL_DISTANCE = 12.0  # [points] from the numbers to the name of an axis in space
@@ -147,7 +150,8 @@ def draw_structure(panel: Panel, view: View, experiment: Experiment) -> None:
             continue
         recorded = np.array([transducer.recorded for transducer in transducers.values()])
         places = view.project(recorded)
-        panel.plot(*places, zorder=4, marker=marker, label=f"{kind} as recorded", **INSTRUMENT)
+        style = INSTRUMENT | {"path_effects": SEEN}
+        panel.plot(*places, zorder=4, marker=marker, label=f"{kind} as recorded", **style)
     _name_transducers(panel, view, [*experiment.sensor.values(), *experiment.actuator.values()])
 
 
@@ -155,13 +159,15 @@ def _name_transducers(panel: Panel, view: View, transducers: Sequence[Transducer
     if not transducers:
         return
     recorded = np.array([transducer.recorded for transducer in transducers])
-    for numbers in near_each_other(recorded, float(np.max(view.high - view.low))):
+    size = float(np.max(view.high - view.low)) * (FORESHORTENED if view.projection else 1.0)
+    for numbers in near_each_other(recorded, size):
         names = few([transducers[number].name for number in numbers])
         places = view.project(recorded[numbers])
         place = places[:, 0]
-        style: Style = {"fontsize": "small", "va": "center", "zorder": 5}
+        style: Style = {"fontsize": "small", "va": "center", "zorder": 5, "path_effects": SEEN}
         if view.projection:
-            panel.text(*place, "\n".join(f"  {name}" for name in names), **style)
+            # Axes point to the right.
+            panel.text(*place, "\n".join(f"{name}   " for name in names), ha="right", **style)
         else:
             side = side_of_names(view, [transducers[number] for number in numbers])
             place = places[:, np.argmax(side * places[0])]  # the others' marks lie behind it
@@ -203,10 +209,8 @@ def draw_scores(panel: Panel, view: View, rows: pd.DataFrame, label: str) -> Non
         zorder=2,
         **({"depthshade": False} if view.projection else {}),
     )
-    # The layout reserves no space for the numbers of the z axis, at the right of a panel.
-    side = "bottom" if view.projection else "right"
-    color_bar(marks, panel, label, shrink=0.8, location=side)
-    panel.plot(*view.project(places[-1:]), zorder=3, label="greatest score", **_RING)
+    color_bar(marks, panel, label)
+    panel.plot(*view.project(places[-1:]), zorder=3, label="greatest of these places", **_RING)
 
 
 def mark_place(panel: Panel, view: View, place: tuple[float, float, float]) -> None:

@@ -7,9 +7,10 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.criticism.missing._hypotheses import null_hypothesis
+from bayes_placement.criticism.missing._hypotheses import null_hypothesis, with_errors
 from bayes_placement.criticism.missing._rows import row_of
 from bayes_placement.criticism.missing._unknown_noise import noise_needed
+from bayes_placement.criticism.missing.fitted_model import fitted_model
 from bayes_placement.criticism.missing.table import AS_STATED
 from bayes_placement.criticism.noise_needed import (
     NoiseNeeded,
@@ -152,6 +153,16 @@ def test_few_lines_of_a_record_are_judged_by_the_scatter_of_all(hidden):
     unknown = null_hypothesis(few, few.data(alone))
     assert row_of(unknown).explains(AS_STATED)
     assert noise_needed(unknown).is_misfit_alike
+
+
+def test_a_model_keeps_the_noise_that_it_needs_without_its_model_error():
+    whole, record = of_many_lines(MASS)
+    few = with_lines(whole, 24)
+    exact = null_hypothesis(few, few.data(record))
+    errors = few.with_model_error(bp.model_error.Embedded()).model_error
+    model = fitted_model(with_errors(exact, errors), {})
+    needed = model.noise_needed_when_exact.relative
+    assert needed == noise_needed(exact).relative > 2 * model.noise_needed.relative
 
 
 @pytest.mark.filterwarnings("ignore::bayes_placement.inference.infer.InferenceWarning")

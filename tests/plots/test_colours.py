@@ -3,6 +3,7 @@
 import ast
 from pathlib import Path
 
+import numpy as np
 import pytest
 from matplotlib.colors import get_named_colors_mapping, to_hex
 
@@ -38,6 +39,14 @@ def test_placements_are_drawn_in_the_colours_of_all_figures(name):
 def test_a_measurement_is_drawn_in_the_colour_of_data():
     (page, *_) = measurement_plots.pages(one_measurement())
     assert {*own_colours(page)} == {_colours.DATA}
+
+
+def test_the_phase_of_a_measurement_does_not_cross_from_end_to_end():
+    turning = np.exp(1j * np.radians([170.0, -170.0, 175.0, 178.0])) * np.ones((2, 2, 4))
+    (page, *_) = measurement_plots.pages(one_measurement(frf=turning, coherence=None))
+    phase = page.axes[len(page.axes) // 2]
+    np.testing.assert_allclose(phase.lines[0].get_ydata(), [170.0, np.nan, np.nan, 178.0])
+    assert page.axes[0].get_ylabel() == "magnitude\n[dB re 1 (m/s)/N]"
 
 
 def test_no_colour_has_a_name_of_matplotlib():

@@ -1,5 +1,9 @@
 """Figures and reports of structures on a line, in a plane and in space, with few instruments."""
 
+import dataclasses
+import io
+import itertools
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -17,6 +21,7 @@ from bayes_placement.plots import reach as reach_plots
 from bayes_placement.plots import report as report_writer
 from bayes_placement.plots import structure as structure_plots
 from bayes_placement.plots.report import Report, write_report
+from bayes_placement.plots.report._style import look
 from tests.in_space import Linear
 from tests.plots.test_ledger import ranking
 
@@ -126,8 +131,98 @@ def test_what_laws_reach_is_drawn_on_every_structure(shape, is_known):
     figure.draw_without_rendering()
     drawn, of_channels, *_ = figure.axes
     assert drawn.name == ("3d" if shape == "space" else "rectilinear")
+    along = drawn.get_ylabel().replace("\n", " ") == reach_plots.SHARE
+    assert along == (shape == "upright")
     assert of_channels.name == "rectilinear"
     assert drawn.get_title().split()[:2] == ["displacement:", "spring"]
+
+
+def test_a_structure_along_one_line_in_space_is_drawn_along_it():
+    made, _ = experiment("upright", "FRFs")
+    found = reached("upright")
+    aside = found.curves.assign(few_numbers=0.0)  # along another direction, less at each place
+    found = dataclasses.replace(found, curves=pd.concat([aside, found.curves]))
+    panel = reach_plots.curves(found, experiment=made).axes[0]
+    (curve,) = (line for line in panel.lines if line.get_label() == "a law of few numbers")
+    np.testing.assert_allclose(curve.get_xydata(), [[0.06, 10.0], [0.3, 80.0], [0.54, 30.0]])
+    (sensor,) = (line for line in panel.lines if line.get_label() == "sensor as recorded")
+    np.testing.assert_allclose(sensor.get_xdata(), 0.24)
+    assert panel.get_xlabel() == "place along the structure, z [m]"
+    places = {"point_mass": (0.0, 0.0, 0.3)}
+    strips, _ = ledger_plots.suspicion(ranking(scores("upright")), places=places).axes
+    assert strips.get_xlabel() == "place along the structure, z [m]"
+    np.testing.assert_allclose(strips.lines[0].get_xdata(), 0.3)
+    assert strips.get_xlim() == pytest.approx((0.06, 0.54))
+
+
+def of_ends(curves):
+    """The same rows of struts that all end at one place."""
+    return curves.assign(acts_on="relative", to_x=0.9, to_y=0.7, to_z=0.0)
+
+
+def test_a_strut_has_a_star_at_both_ends_of_a_map():
+    found = reached("plane")
+    only = {name: of_ends(getattr(found, name).iloc[:-1]) for name in ("curves", "laws")}
+    found = dataclasses.replace(found, **only)
+    panel = reach_plots.curves(found).axes[0]
+    stars = [line.get_xydata()[0] for line in panel.lines if line.get_marker() == "*"]
+    np.testing.assert_allclose(stars, [[0.5, 0.4], [0.9, 0.7]])
+    assert "relative at 500, 400, 0 mm to 900, 700, 0 mm: " in found.words()[-1]
+    near = found.laws.assign(to_x=0.5001, to_y=0.4)  # the nearest node is another
+    (told, *_) = dataclasses.replace(found, laws=near).words()[::-1]
+    assert "relative at 500, 400, 0 mm: " in told
+
+
+def test_the_scale_of_colours_stands_right_beside_the_map():
+    figure = reach_plots.curves(reached("plane"), experiment=experiment("plane", "FRFs")[0])
+    figure.savefig(io.BytesIO())
+    panel = figure.axes[0]
+    (bar,) = panel.child_axes
+    assert bar.get_ylabel() == reach_plots.SHARE
+    box, beside = panel.get_window_extent(), bar.get_window_extent()
+    assert 0 < (beside.x0 - box.x1) / figure.dpi < 0.15
+    assert (beside.y0, beside.y1) == pytest.approx((box.y0, box.y1))
+    assert bar.get_tightbbox().x1 <= figure.bbox.x1
+    # The map stands in the middle of the figure.
+    assert abs(box.x0 + box.x1 - figure.bbox.x1) < 0.2 * figure.bbox.x1
+
+
+def test_the_title_of_a_narrow_map_is_not_broken():
+    found = reached("plane")
+    tables = {name: getattr(found, name) for name in ("curves", "laws")}
+    narrow = {name: table.assign(x=0.2 * table["x"]) for name, table in tables.items()}
+    with look():  # of a report
+        figure = reach_plots.curves(dataclasses.replace(found, **narrow))
+        figure.savefig(io.BytesIO())
+    panel = figure.axes[0]
+    assert panel.get_window_extent().width < panel.title.get_window_extent().width
+    assert "\n" not in panel.get_title()
+
+
+def test_of_very_many_channels_the_greatest_have_bars():
+    found = reached("plane")
+    channels = [
+        found.curves.tail(1).assign(setting=f"sensor s{n}", few_numbers=n / 40) for n in range(40)
+    ]
+    many = pd.concat([found.curves.head(3), *channels], ignore_index=True)
+    figure = reach_plots.curves(dataclasses.replace(found, curves=many))
+    figure.savefig(io.BytesIO())
+    panel = figure.axes[1]
+    names = [label.get_text() for label in panel.get_yticklabels()]
+    assert names == [f"s{n}" for n in range(24, 40)]
+    assert panel.get_xlabel() == "misfit removed [%]; 24 more channels remove less"
+    boxes = [label.get_window_extent() for label in panel.get_yticklabels()]
+    assert all(low.y0 > high.y1 for low, high in itertools.pairwise(boxes))
+
+
+def test_a_report_draws_suspicion_along_a_line_in_space(tmp_path):
+    made, measured = experiment("upright", "FRFs")
+    about = {"command": "check", "verdict": "It fits.", "sentences": ["It fits."], "warnings": []}
+    tree = findings([Model("as given", made, {})], {}, measured, about)
+    netcdf.write(tree, tmp_path / "findings.nc")
+    scores("upright").to_csv(tmp_path / "suspicion.csv", index=False)
+    page = write_report(tmp_path).read_text()
+    assert "place along the structure, z [m]" in page
 
 
 @pytest.mark.parametrize(

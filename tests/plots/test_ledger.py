@@ -187,6 +187,7 @@ def names(axis):
 
 
 NOISES = [NoiseNeeded(0.3, 4.3, 0.0), NoiseNeeded(0.17, 2.5, 0.0)]
+TAKEN_UP = [NoiseNeeded(0.015, 0.99, 0.9)] * 2
 
 
 @pytest.mark.parametrize(
@@ -194,12 +195,23 @@ NOISES = [NoiseNeeded(0.3, 4.3, 0.0), NoiseNeeded(0.17, 2.5, 0.0)]
     [
         ({"noise_needed": NOISES}, [30.0, 17.0], "noise needed, of the amplitude [%]"),
         ({"chi2_when_exact": [400.0, 20.0]}, [400.0, 20.0], "without model error"),
+        (
+            {
+                "noise_needed": TAKEN_UP,
+                "noise_needed_when_exact": NOISES,
+                "chi2_when_exact": [4.0, 1.0],
+            },
+            [60.0, 17.0],  # no prior of the noise goes beyond 30 %
+            "noise needed without model error, of the amplitude [%]",
+        ),
     ],
 )
 def test_the_error_that_falls_is_none_that_noise_or_model_error_take_up(change, shown, quantity):
-    ((field, values),) = change.items()
     exact = (step(None, 1.0), step("point_mass", 1.0))
-    steps = [replace(template, **{field: x}) for template, x in zip(exact, values, strict=True)]
+    changes = [
+        dict(zip(change, values, strict=True)) for values in zip(*change.values(), strict=True)
+    ]
+    steps = [replace(template, **each) for template, each in zip(exact, changes, strict=True)]
     (panel,) = ledger_plots.error_falls(ledger(*steps)).axes
     np.testing.assert_allclose(panel.lines[0].get_ydata(), shown)
     assert quantity in panel.get_ylabel()
@@ -358,7 +370,7 @@ def test_bars_beside_the_maps_show_all_kinds():
         "structure",
         "sensor as recorded",
         "actuator as recorded",
-        "greatest score",
+        "greatest of these places",
         "place as fitted",
         "more than chance (corrected p < 0.01)",
     }
@@ -383,7 +395,7 @@ def test_each_probability_has_a_bar_with_its_figure(result):
         [bar.get_width() for bar in axis.patches], sorted(PROBABILITIES.values())[1:]
     )
     assert words(axis)[::-1] == ["0.900", "0.060", "0.030", "0.010"]
-    assert axis.get_title() == "below 0.001: 1 more"
+    assert axis.get_title() == "probability of each kind (1 more below 0.001)"
 
 
 def test_the_error_falls_step_by_step_to_the_noise():
@@ -517,11 +529,14 @@ def test_what_a_ledger_claims_comes_first_whatever_else_is_suspect():
     assert kinds[-1] == "gain_error"
 
 
+FLANGE = "at the upper flange of the beam"
+
+
 def many_kinds(table, count=45):
     """Scores of many kinds, each about a part with a long name."""
     return pd.concat(
         [
-            table.assign(kind=f"kind_{number}", setting=f"sensor s{number}+x, at the upper flange")
+            table.assign(kind=f"kind_{number}", setting=f"sensor s{number}+x, {FLANGE}")
             for number in range(count)
         ]
     )
@@ -551,7 +566,17 @@ def test_names_of_some_kinds_stand_apart_below_wide_maps(count):
     table[["y", "z"]] *= 0.05
     figure = ledger_plots.suspicion(ranking(table))
     figure.savefig(io.BytesIO())
-    assert_names_of_bars_stand_apart(figure, count)
+    names = assert_names_of_bars_stand_apart(figure, count)
+    assert all(name.get_text().endswith("beam" if count == 9 else "…") for name in names)
+
+
+def test_long_names_of_bars_leave_maps_their_room():
+    table = scores_in_space(flat=True)
+    widths = []
+    for setting in ("", f"sensor s1+x, {FLANGE}"):
+        figure = drawn(ledger_plots.suspicion(ranking(table.assign(setting=setting))))
+        widths.append(maps(figure)[0].get_window_extent().width)
+    assert widths[0] == pytest.approx(widths[1])
 
 
 def assert_names_of_bars_stand_apart(figure, count):
@@ -559,3 +584,4 @@ def assert_names_of_bars_stand_apart(figure, count):
     names = sorted(bars.get_yticklabels(), key=lambda name: name.get_position()[1])
     extents = [name.get_window_extent() for name in names]
     assert all(low.y1 < high.y0 for low, high in itertools.pairwise(extents))
+    return names

@@ -1,6 +1,7 @@
 """Figures of a misfit: values, units and legends."""
 
 import io
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -107,6 +108,14 @@ def test_the_map_has_a_row_for_each_channel_and_a_column_for_each_line():
     edges = mesh.get_coordinates()[0, :, 0]
     assert np.all((edges[:-1] < LINES) & (edges[1:] > LINES))
     assert bar.get_ylabel() == "size of residual [noise deviations]"
+
+
+def test_names_of_many_channels_stand_apart():
+    figure = misfit_plots.residual_map(misfit(sensors=30))
+    figure.savefig(io.BytesIO())
+    boxes = [label.get_window_extent() for label in figure.axes[0].get_yticklabels()]
+    assert len(boxes) == 30
+    assert all(low.y1 < high.y0 for low, high in itertools.pairwise(boxes))
 
 
 def test_each_force_level_has_a_map_of_its_own():

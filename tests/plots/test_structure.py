@@ -166,7 +166,7 @@ def test_a_place_has_the_colour_of_its_greatest_score(frame):
     scores = {tuple(at): score for at, score in pairs}
     assert scores == {(0.0, 1.0): 7.0, (1.0, 0.0): 9.0, (2.0, 0.0): 4.0}
     assert (marks.norm.vmin, marks.norm.vmax) == (0.0, 9.0)
-    assert marked(frame, "greatest score") == [[1.0, 0.0]]
+    assert marked(frame, "greatest of these places") == [[1.0, 0.0]]
 
 
 def test_instruments_and_what_was_fitted_are_marked_where_they_are(frame):

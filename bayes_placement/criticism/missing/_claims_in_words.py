@@ -55,7 +55,7 @@ def _odds(share: float | None) -> str:
 def where_in_words(entry: Entry) -> str:
     """Say on what an effect acts, and its places with 95 % intervals."""
     pairs = zip(entry["place_m"], entry["place_95_m"], strict=True)
-    places = " to ".join(_place(*pair) for pair in pairs)
+    places = " to ".join(dict.fromkeys(_place(*pair) for pair in pairs))
     kind, on = entry["acts_on"].replace("_", " "), entry["on"]
     words = ["" if on.startswith(kind) else kind, on, places and f"at {places}"]
     return " ".join(filter(None, words))

@@ -43,5 +43,4 @@ def _fields(
 def _received(exact: Hypothesis, errors: ModalErrors, found: FittedFields) -> Hypothesis:
     """What was found, with the problem of this process."""
     problem = problem_with_errors(exact, errors).at_sizes(found.sizes)
-    chi2 = exact.chi2_per_datum
-    return replace(exact, problem=problem, chi2_when_exact=chi2, **found.fields)
+    return replace(exact, problem=problem, exact=exact, **found.fields)

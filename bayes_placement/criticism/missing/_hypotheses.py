@@ -31,8 +31,8 @@ class Hypothesis:
 
     Effects have priors. `near` are ends of descents along logarithmic residuals [start, unknown],
     of the exact model. `deviations` are standard deviations of the log of each unknown size of the
-    model error, by name. `as_rival` is the evidence on the way to its fit with model error,
-    `chi2_when_exact` the mean square of the residuals of its fit without; NaN where there is none.
+    model error, by name. `as_rival` is the evidence on the way to its fit with model error, `exact`
+    its fit without; None where there is none.
     """
 
     effects: tuple[Effect, ...]
@@ -42,7 +42,7 @@ class Hypothesis:
     deviations: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     has_errors: bool = False
     as_rival: Rival = NO_RIVAL
-    chi2_when_exact: float = float("nan")
+    exact: "Hypothesis | None" = None
 
     def point_in(self, problem: Problem, onto: np.ndarray | None = None) -> np.ndarray:
         """The fit as coordinates of a problem; what is new there as in `onto`, else at medians."""
@@ -93,6 +93,11 @@ class Hypothesis:
         """Mean square of the residuals over their variance."""
         return self.fit.squares / self.problem.count
 
+    @property
+    def chi2_when_exact(self) -> float:
+        """That of its fit without model error; NaN where there is none."""
+        return float("nan") if self.exact is None else self.exact.chi2_per_datum
+
 
 @functools.lru_cache(maxsize=4)  # of the hypotheses that are extended
 def logarithmic_jacobian(hypothesis: Hypothesis) -> Jacobian:
@@ -128,8 +133,7 @@ def with_errors(exact: Hypothesis, errors: ModalErrors, rival: Rival = NO_RIVAL)
     starts = np.zeros((len(before), problem.dimension))
     starts[:, : exact.problem.dimension] = before  # errors are the last unknowns
     sized = kept_with_sizes(problem, starts, decreasing_errors(problem, DECREASING_ERRORS), rival)
-    chi2 = exact.chi2_per_datum
-    return replace(exact, **vars(sized), has_errors=True, chi2_when_exact=chi2)
+    return replace(exact, **vars(sized), has_errors=True, exact=exact)
 
 
 def problem_with_errors(exact: Hypothesis, errors: ModalErrors) -> Problem:

@@ -75,6 +75,8 @@ class FittedModel:
         The experiment, its model error of the sizes above.
     noise_needed
         Noise that it needs, where the noise is not known; None where it is.
+    noise_needed_when_exact
+        Noise that the best fit without model error needs; None where there is none.
     about
         Setting and remark of each of its effects, in words.
 
@@ -101,6 +103,7 @@ class FittedModel:
     chi2_when_exact: float = float("nan")
     experiment: Experiment | None = field(default=None, repr=False)
     noise_needed: NoiseNeeded | None = None
+    noise_needed_when_exact: NoiseNeeded | None = None
     about: Mapping[str, tuple[str, str]] = field(default_factory=dict, repr=False)
 
     @property
@@ -203,8 +206,13 @@ class FittedModel:
                 for word, size in self.model_error.items()
             },
             "chi2_per_datum_when_exact": number_or_none(self.chi2_when_exact),
-            "noise_needed": None if self.noise_needed is None else self.noise_needed.to_json(),
+            "noise_needed": _noise_to_json(self.noise_needed),
+            "noise_needed_when_exact": _noise_to_json(self.noise_needed_when_exact),
         }
+
+
+def _noise_to_json(noise: NoiseNeeded | None) -> Mapping[str, float | None] | None:
+    return None if noise is None else noise.to_json()
 
 
 def sampled_finalists(comparison: Comparison, hypotheses: Sequence[Hypothesis]) -> Sampled:
@@ -258,7 +266,7 @@ def fitted_model(
     """
     posterior = sampled.get(id(hypothesis))
     parameters = estimates(hypothesis, None if posterior is None else posterior.points)
-    experiment = hypothesis.problem.experiment
+    experiment, exact = hypothesis.problem.experiment, hypothesis.exact
     names = [effect.name for effect in hypothesis.effects]
     name = added or (names[-1] if names else None)
     effect = next((effect for effect in experiment.effects if effect.name == name), None)
@@ -285,6 +293,7 @@ def fitted_model(
         chi2_when_exact=hypothesis.chi2_when_exact,
         experiment=hypothesis.problem.at_fixed_sizes,
         noise_needed=noise_needed(hypothesis) if in_full else None,
+        noise_needed_when_exact=noise_needed(exact) if in_full and exact else None,
         about=about,
     )
 

@@ -17,7 +17,7 @@ from ...inference.engines.levenberg_marquardt import Fit
 from ...inference.residuals import Problem
 from ...inference.units import probability_in_words, three_digits
 from ._as_measured import as_measured
-from ._at_port import PLACES, ReachOfPort, ends_in_metres, where
+from ._at_port import ReachOfPort, ends_in_metres, where
 from ._channels import CHANNELS, NOWHERE
 from ._free_law import tells_phase
 from ._in_bands import OF_LAW, LeftInBands, left_in_bands
@@ -233,7 +233,7 @@ class Reach:
         first, *others = [
             *self._none_explains(kinds),
             *(
-                f"{_subject(acts_on, row)}: {row['law'].in_words()} removes "
+                f"{subject_in_words(acts_on, row)}: {row['law'].in_words()} removes "
                 f"{row['few_numbers']:.0%} of the misfit "
                 f"({probability_in_words(row['probability'])}{alone}){_by_any_law(row)}"
                 f"{self._as_well(str(acts_on))}."
@@ -382,18 +382,16 @@ def _share(left: float | np.ndarray, squares: float, above: float) -> float | np
     return np.clip((squares - left) / above, 0.0, 1.0) if above > 0 else 0.0 * left
 
 
-def _subject(acts_on: object, row: pd.Series) -> str:
+def subject_in_words(acts_on: object, row: pd.Series) -> str:
     """Kind of port and place of a row in words, or its channels."""
     is_nowhere = acts_on in NOWHERE
     return row["setting"].replace("sensor", "channel", 1) if is_nowhere else f"{acts_on}{_at(row)}"
 
 
 def _at(row: pd.Series) -> str:
-    """Place of a row in words."""
-    ends = [[row[name] for name in PLACES[:3]], [row[name] for name in PLACES[3:]]]
+    """Place of a row in words: one where both ends round to the same."""
     texts = [
-        ", ".join(f"{1e3 * coordinate:.0f}" for coordinate in end if np.isfinite(coordinate))
-        for end in ends
+        ", ".join(f"{1e3 * coordinate:.0f}" for coordinate in end) for end in ends_in_metres(row)
     ]
-    pairs = zip(("at", "to"), texts, strict=True)
-    return "".join(f" {word} {text} mm" for word, text in pairs if text)
+    pairs = zip(("at", "to"), dict.fromkeys(texts), strict=False)
+    return "".join(f" {word} {text} mm" for word, text in pairs)

@@ -325,6 +325,7 @@ def test_figures_have_bars_for_channels_and_the_factor():
     widths = [patch.get_width() for patch in bars.patches]
     assert widths[:4] == pytest.approx(list(100 * found.curves["any_law"].tail(4)))
     magnitude, phase = bp.plots.reach.law(found).axes
+    assert magnitude.get_title() == "channel s2"
     assert magnitude.get_ylabel() == "factor [1]" and magnitude.get_yscale() == "linear"
     *_, law = phase.lines
     assert np.allclose(law.get_ydata(), np.degrees(np.angle(LATE)), atol=1.0)

@@ -189,7 +189,7 @@ def residual_map(saved: Saved) -> Iterator[Item]:
     sizes = {name: in_bands(fit) for name, fit in fits.items() if name != AS_DRAWN}
     if not sizes:
         return
-    height = height_of(next(iter(sizes.values())))
+    height = height_of(next(iter(sizes.values())).sizes["channel"])
     figure, axes = panels(len(sizes), 1, height, sharex=True)
     draw_maps(figure, axes, sizes)
     caption = (

@@ -8,6 +8,7 @@ import xarray as xr
 
 from ...._shared.files import Json
 from ..._colours import AFTER, DATA
+from ..._line import Line, line_through
 from .._saved import Saved
 from .._style import Projection, draw_outline, drawing, legend, panels
 from ..content import Drawing, Item, Table, Text
@@ -37,14 +38,16 @@ def items(saved: Saved) -> Iterator[Item]:
     table = table.assign(size=table["score"].abs())
     greatest = table.loc[table.groupby("kind")["size"].idxmax()]
     greatest = greatest.sort_values("size", ascending=False)
-    in_space = "z" in table and table["z"].notna().any()
     outline, places = saved.group("outline"), saved.group("places")
     fitted = _fitted(places)
     data = Table.of(table.drop(columns="size"))
-    if in_space and outline is not None:
+    line: Line | None = Line()
+    if outline is not None and "z" in table and table["z"].notna().any():
+        line = line_through(outline["point"].values)
+    if outline is not None and line is None:
         content = _in_space(table, list(greatest["kind"]), outline, fitted, data)
     else:
-        content = _on_a_line(table, greatest, fitted, data)
+        content = _on_a_line(table, greatest, fitted, data, line or Line())
     first = greatest.iloc[0]
     caption = (
         f"The strongest trace in the model as given is that of {first['kind']}: "
@@ -84,9 +87,14 @@ def _table(greatest: pd.DataFrame) -> Table:
 
 
 def _on_a_line(
-    table: pd.DataFrame, greatest: pd.DataFrame, fitted: dict[str, np.ndarray], data: Table
+    table: pd.DataFrame,
+    greatest: pd.DataFrame,
+    fitted: dict[str, np.ndarray],
+    data: Table,
+    line: Line,
 ) -> Drawing:
     """One strip for each kind, the most suspect on top."""
+    table = line.with_at(table)
     located = table[table["at"].notna() & ~table["kind"].isin(WITHOUT_PLACE)]
     has_places = located.groupby("kind")["at"].nunique() > 1
     drawn = [kind for kind in greatest["kind"] if has_places.get(kind, False)]
@@ -102,11 +110,11 @@ def _on_a_line(
         panel.annotate(f"{scores[kind]:.3g}", (1.01, row + 0.1), xycoords=("axes fraction", "data"))
     for name, place in fitted.items():
         if name in kinds:
-            at = place[0], kinds.index(name) + 0.2
+            at = line.at(place), kinds.index(name) + 0.2
             panel.plot(*at, "*", color=DATA, markersize=9, label="place as fitted")
     panel.set_yticks(np.arange(len(kinds)) + 0.2, kinds)
     panel.set_ylim(-0.1, len(kinds) + 0.1)
-    panel.set_xlabel("position along the structure [m]")
+    panel.set_xlabel(line.label)
     panel.set_title("score along the structure [standard deviations]; at the right the greatest")
     legend(figure, axes)
     return drawing(figure, data)

@@ -8,7 +8,7 @@ import numpy as np
 from ...._shared.files import Json
 from ....inference.units import readable
 from ..._colours import AFTER, FLOOR, Style
-from ..._fit_panels import Falling, draw_falling, told_misfit
+from ..._falling import Falling, draw_falling, told_misfit
 from .._saved import Saved
 from .._style import decade_labels, drawing, legend, panels
 from ..content import Cell, Item, Table, Text, rounded
@@ -225,7 +225,7 @@ def error(saved: Saved) -> Iterator[Item]:
 
 def _falling(steps: list[Json]) -> Item:
     names = ["as given", *(f"+ {step['added']}" for step in steps[1:])]
-    misfit = _falling_misfit(steps)
+    misfit = told_misfit(steps)
     figure, axes = panels(1, 1, 2.6)
     panel = axes[0, 0]
     draw_falling(panel, names, misfit, FLOOR, top=3.0, beside=0.4)
@@ -245,21 +245,6 @@ def _falls(misfit: Falling) -> str:
     said = ends if len(values) > 1 else f"is {values[0]}"
     beside = f"; {floor} is the {misfit.floor_label}" if np.isfinite(misfit.floor) else ""
     return f"The {misfit.label} {said}{beside}."
-
-
-def _falling_misfit(steps: list[Json]) -> Falling:
-    """Misfit of each step that no error takes up."""
-    needed = [step["noise_needed"] or {} for step in steps]
-    return told_misfit(
-        _numbers([noise.get("relative") for noise in needed]),
-        _numbers([noise.get("over_scatter") for noise in needed]),
-        _numbers([step["chi2_per_datum_when_exact"] for step in steps]),
-        _numbers([step["chi2_per_datum"] for step in steps]),
-    )
-
-
-def _numbers(values: list[float | int | None]) -> list[float]:
-    return [np.nan if value is None else float(value) for value in values]
 
 
 def _probabilities(shares: dict[str, float]) -> Item:
