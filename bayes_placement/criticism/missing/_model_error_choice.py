@@ -233,13 +233,15 @@ def deeper(
 ) -> Comparison:
     """Try one more effect, also one that is in no list, beside each of the best so many.
 
-    Where it must explain the data, and no law at any port does, it is looked for elsewhere alone.
+    Where it must explain the data, and no law at any port does, it is looked for elsewhere alone;
+    none that takes long where a model error explains them.
     """
     if depth == 1:
         comparison = with_suspended(comparison, comparison, question.tried.networks)
     laws = laws_beside_best(comparison, depth, tick) if question.tried.networks else None
     if must_explain and laws is not None and not laws.may_explain(question.level):
-        return one_more_effect(comparison, depth, tick, breadth, is_given_up=laws.is_bounded)
+        given_up = laws.is_bounded_or_long if breadth == NARROW else laws.is_bounded
+        return one_more_effect(comparison, depth, tick, breadth, is_given_up=given_up)
     meanwhile = nothing if laws is None else laws.look
     comparison = one_more_effect(comparison, depth, tick, breadth, meanwhile)
     # Two of the library may pass the check though one of them is in no list: a spring beside

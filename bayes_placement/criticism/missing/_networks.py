@@ -121,6 +121,10 @@ class LawsBeside:
         is_law = isinstance(effect, OnPorts) and effect.uncertain_ports(modes) < 2
         return is_law and effect.acts_on in kinds
 
+    def is_bounded_or_long(self, effect: Effect) -> bool:
+        """Whether it is such a law, or takes long to evaluate."""
+        return effect.takes_long or self.is_bounded(effect)
+
     def reach(self) -> Reach | None:
         """What laws reach that were looked for; None beside effects."""
         if "_of_many" not in vars(self):  # until they are looked for

@@ -14,6 +14,7 @@ from bayes_placement.criticism.missing._fitted_candidates import extended
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.criticism.missing._model_error_choice import Question
 from bayes_placement.criticism.missing._more_effects import (
+    ALL,
     NARROW,
     single_effects,
     with_listed_replaced,
@@ -185,13 +186,18 @@ def test_no_law_at_one_port_explains_effects_at_two_places(displacements):
     assert not beside.may_explain(LEVEL)
     tried = {effect.name: beside.is_bounded(effect) for effect in library().effects}
     assert tried == {"point_mass": True, "ground_spring": True, "tuned_absorber": True}
-    assert not beside.is_bounded(bp.effects.time_delay(1e-4))
+    coat = bp.effects.segment_mass(0.3, 0.1, 0.05)
+    assert beside.is_bounded_or_long(coat) and not beside.is_bounded(coat)
+    assert not beside.is_bounded_or_long(bp.effects.time_delay(1e-4))
     assert not beside.is_bounded(bp.effects.compliant_support(1e-4))
 
 
-@pytest.mark.parametrize("must_explain", [True, False])
+@pytest.mark.parametrize(
+    ("must_explain", "breadth", "rule"),
+    [(True, NARROW, "is_bounded_or_long"), (True, ALL, "is_bounded"), (False, NARROW, None)],
+)
 def test_what_must_explain_is_looked_for_at_no_port_where_no_law_does(
-    displacements, monkeypatch, must_explain
+    displacements, monkeypatch, must_explain, breadth, rule
 ):
     beside = beside_nothing(0.45, 0.55)
     setup = experiment()
@@ -212,8 +218,8 @@ def test_what_must_explain_is_looked_for_at_no_port_where_no_law_does(
     }.items():
         monkeypatch.setattr(_model_error_choice, name, stub)
     comparison = Comparison([beside.base], {"point_mass": 1})
-    _model_error_choice.deeper(question, comparison, 2, NARROW, lambda: None, must_explain)
-    assert given_up == [beside.is_bounded if must_explain else None]
+    _model_error_choice.deeper(question, comparison, 2, breadth, lambda: None, must_explain)
+    assert given_up == [getattr(beside, rule) if rule else None]
 
 
 def test_a_network_of_the_library_is_told_as_its_effect():
