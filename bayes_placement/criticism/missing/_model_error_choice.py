@@ -248,7 +248,11 @@ def deeper(
     # the root of a cantilever stands for one against rotation.
     if laws is not None:
         comparison = with_networks(comparison, laws)
-    return with_listed_replaced(with_other_laws(comparison, tick, laws), tick)
+    comparison = with_other_laws(comparison, tick, laws)
+    replaced = with_listed_replaced(comparison, tick)
+    # Beside another effect the law may be another one: a part of it stood for what that one does.
+    is_other = replaced.best() is not comparison.best()
+    return with_other_laws(replaced, tick, laws) if is_other else replaced
 
 
 def _deepened_with_errors(

@@ -222,6 +222,34 @@ def test_what_must_explain_is_looked_for_at_no_port_where_no_law_does(
     assert given_up == [getattr(beside, rule) if rule else None]
 
 
+@pytest.mark.parametrize("is_replaced", [True, False])
+def test_laws_are_looked_for_again_beside_what_replaced_a_listed_effect(
+    displacements, monkeypatch, is_replaced
+):
+    """A mass on a spring was the best law beside the wrong effect; a mass alone beside another."""
+    base = beside_nothing(0.45, 0.55).base
+    fit = base.fit._replace(log_evidence=base.fit.log_evidence + 1e6)
+    better = dataclasses.replace(base, effects=(bp.effects.point_mass(0.45, 0.08),), fit=fit)
+    question = Question.of(experiment(), base.problem.data, library(), None, level=LEVEL)
+    before = Comparison([base], {"point_mass": 1})
+    after = before.with_hypotheses([better]) if is_replaced else before
+    looked = []
+
+    def other_laws(comparison, *_):
+        looked.append(comparison.best().kinds)
+        return comparison
+
+    for name, stub in {
+        "laws_beside_best": lambda *_: None,
+        "one_more_effect": lambda comparison, *_: comparison,
+        "with_other_laws": other_laws,
+        "with_listed_replaced": lambda *_: after,
+    }.items():
+        monkeypatch.setattr(_model_error_choice, name, stub)
+    found = _model_error_choice.deeper(question, before, 2, ALL, lambda: None)
+    assert found is after and looked == [(), ("point_mass",)][: 1 + is_replaced]
+
+
 def test_a_network_of_the_library_is_told_as_its_effect():
     listed = [*LISTED.values()]
     for acts_on in ("displacement", "rotation"):
