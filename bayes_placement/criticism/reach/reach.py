@@ -40,6 +40,11 @@ OF_MODES = (
     "the law."
 )
 
+NONE_ALONE = (
+    "None of these laws alone leaves nothing but noise: this says how much each removes, not where "
+    "something acts."
+)
+
 HALF = 0.5
 """Share of the misfit below which what removes it explains less than what is left does."""
 
@@ -70,7 +75,7 @@ class Reach:
         Whether the model as given misses the data by more than noise; None of unknown noise.
     one_explains
         Whether the best law, alone, leaves nothing but noise; None of unknown noise. If not, the
-        probabilities hold if one law acts alone.
+        probabilities are of laws none of which is right, and no words or figures tell them.
     is_new
         Whether laws act in the later of two states alone: what is new since the baseline.
     limits
@@ -229,19 +234,23 @@ class Reach:
             what = "new since the baseline" if self.is_new else "missing"
             return [f"Nothing is seen to be {what}: the model reaches the noise without it."]
         kinds = self.kinds()
-        alone = " if one law acts alone" if self.one_explains is False else ""
         first, *others = [
             *self._none_explains(kinds),
             *(
                 f"{subject_in_words(acts_on, row)}: {row['law'].in_words()} removes "
-                f"{row['few_numbers']:.0%} of the misfit "
-                f"({probability_in_words(row['probability'])}{alone}){_by_any_law(row)}"
+                f"{row['few_numbers']:.0%} of the misfit"
+                f"{self.chance(row['probability'])}{_by_any_law(row)}"
                 f"{self._as_well(str(acts_on))}."
                 for acts_on, row in kinds.iterrows()
             ),
+            *([NONE_ALONE] if self.one_explains is False else []),
             *filter(None, [self.limits]),
         ]
         return [f"New since the baseline: {first}" if self.is_new else first, *others]
+
+    def chance(self, share: float) -> str:
+        """A probability in words and brackets; nothing where no law alone is right."""
+        return "" if self.one_explains is False else f" ({probability_in_words(share)})"
 
     def _as_well(self, acts_on: str) -> str:
         """Between which places along a line the data do not tell where it acts, in words."""
