@@ -184,7 +184,7 @@ class Ledger:
         exact = all(np.isfinite(step.chi2_when_exact) for step in self.steps)
         rows = [
             {
-                "added": step.added or "as given",
+                "added": step.title,
                 **misfit_columns(step),
                 "p": number_or_blank(step.p_value, ".2g"),
                 **gained(step, self.steps[0]),
@@ -227,8 +227,15 @@ class Ledger:
     def __str__(self) -> str:
         """Table of the steps, the parameters of all effects together, then the sentences."""
         table, last = self.table(), self.steps[-1]
-        together = table.assign(parameters=[last.described(name) for name in table.index])
+        together = table.assign(parameters=[_together(step, last) for step in self.steps])
         return "\n".join([narrow(together), "", *(f"- {line}" for line in self.words())])
+
+
+def _together(step: FittedModel, last: FittedModel) -> str:
+    """Parameters of what a step added, in the last model where that has it by the same name."""
+    names = step.all_added
+    is_there = [*map(step.named, names)] == [*map(last.named, names)]
+    return (last if is_there else step).all_described(names)
 
 
 def misfit_columns(step: FittedModel) -> dict[str, str]:
