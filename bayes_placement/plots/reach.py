@@ -14,9 +14,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from .._shared.arguments import arguments_checked
+from ..criticism.reach._at_port import subject_in_words
 from ..criticism.reach._channels import CHANNELS, NOWHERE
 from ..criticism.reach._filters import ChannelFilter
-from ..criticism.reach.reach import Reach, subject_in_words
+from ..criticism.reach.reach import Reach
 from ..experiment.experiment import Experiment
 from ..laws.law import Law
 from ..laws.tabulated import COMPLIANCES

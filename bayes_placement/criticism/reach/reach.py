@@ -17,7 +17,7 @@ from ...inference.engines.levenberg_marquardt import Fit
 from ...inference.residuals import Problem
 from ...inference.units import probability_in_words, three_digits
 from ._as_measured import as_measured
-from ._at_port import ReachOfPort, ends_in_metres, where
+from ._at_port import ReachOfPort, ends_in_metres, subject_in_words, where
 from ._channels import CHANNELS, NOWHERE
 from ._free_law import tells_phase
 from ._in_bands import OF_LAW, LeftInBands, left_in_bands
@@ -389,18 +389,3 @@ def _share(left: float | np.ndarray, squares: float, above: float) -> float | np
     Of unknown noise, which the model may have taken for a misfit, that of all residuals.
     """
     return np.clip((squares - left) / above, 0.0, 1.0) if above > 0 else 0.0 * left
-
-
-def subject_in_words(acts_on: object, row: pd.Series) -> str:
-    """Kind of port and place of a row in words, or its channels."""
-    is_nowhere = acts_on in NOWHERE
-    return row["setting"].replace("sensor", "channel", 1) if is_nowhere else f"{acts_on}{_at(row)}"
-
-
-def _at(row: pd.Series) -> str:
-    """Place of a row in words: one where both ends round to the same."""
-    texts = [
-        ", ".join(f"{1e3 * coordinate:.0f}" for coordinate in end) for end in ends_in_metres(row)
-    ]
-    pairs = zip(("at", "to"), dict.fromkeys(texts), strict=False)
-    return "".join(f" {word} {text} mm" for word, text in pairs)
