@@ -8,6 +8,7 @@ import numpy as np
 
 from ..._shared.errors import SAMPLED
 from ..._shared.files import Json
+from ..._shared.labels import AS_GIVEN
 from ..._shared.reprs import with_short_repr
 from ...effects.attached import GivenLaw
 from ...effects.beyond_prior import BeyondPrior
@@ -125,6 +126,11 @@ class FittedModel:
     def title(self) -> str:
         """What was added in this step, as a table names it."""
         return " + ".join(map(self.named, self.all_added)) or "as given"
+
+    @property
+    def label(self) -> str:
+        """The model as figures name it, with all its effects."""
+        return f"with {' and '.join(map(self.named, self.effects))}" if self.effects else AS_GIVEN
 
     def named(self, name: str) -> str:
         """Name of one of its effects; a law that was found is told by its elements."""

@@ -141,8 +141,7 @@ class Ledger:
         first, last = self.steps[0], self.steps[-1]
         models = {AS_GIVEN: (first.experiment or self.given, first.values)}
         if last.effects:
-            name = f"with {' and '.join(last.effects)}"
-            models[name] = (last.experiment or self.experiment, last.values)
+            models[last.label] = (last.experiment or self.experiment, last.values)
         if isinstance(self.measurement, ModalParameters):
             modes = self.measurement
             return {n: fitted_modes(model, modes, values) for n, (model, values) in models.items()}

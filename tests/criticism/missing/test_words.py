@@ -12,6 +12,7 @@ from scipy.stats import norm
 
 import bayes_placement as bp
 from bayes_placement import effects
+from bayes_placement.criticism.findings.findings import models_of
 from bayes_placement.criticism.missing import _rows
 from bayes_placement.criticism.missing._hypotheses import Hypothesis, null_hypothesis
 from bayes_placement.criticism.missing._narrow_text import narrow
@@ -316,6 +317,9 @@ def test_laws_that_were_found_together_are_one_row_that_names_and_describes_both
     said = "attached: spring - mass: at 0.3 m, law.parts.1.stiffness .*; attached: dashpot: at 0.7"
     assert re.match(said, table["parameters"].iloc[-1])
     assert f"{both}: {said[:23]}" in str(ledger)
+    models = ["as given", "with attached: spring - mass and attached: dashpot"]
+    assert [model.name for model in models_of(ledger, experiment())] == models
+    assert [*ledger.fits][1:] == models
     last = ledger.to_json()["steps"][-1]
     assert (last["added"], last["names"]) == (both, ["attached: spring", "attached: spring_2"])
     assert {each.effect for each in steps[-1].parameters_of_added().values()} == {*last["names"]}
