@@ -18,7 +18,7 @@ from ...effects.library import kind_of
 from ...experiment.observe import Complex
 from ...inference.output_residuals import LOGARITHMIC_ERROR
 from ..reach._left_out import LeftOut
-from ..screening_lines import at_sample, at_screening_lines, sample
+from ..screening_lines import Thinned, at_sample, at_screening_lines, sample
 from ._fitted_candidates import best_variants, extended, fits_of_channels, relocated, without
 from ._hypotheses import Hypothesis, logarithmic_jacobian, takes_long
 from ._linear import Linear
@@ -220,20 +220,38 @@ def _by_promise(
     counts by its noise, with what the branch misses: near the truth little but noise is left.
     """
     of_branch, before = logarithmic_jacobian(branch), logarithmic_jacobian(null).residual[0]
-    weight = _weight(branch, of_branch.residual[0])
-    everywhere = Linear(weight * of_branch.residual[0], weight * of_branch.slopes[0])
+    residual, turn = of_branch.residual[0], _full_turn(branch)
+    weight, unchanged = _weight(branch, residual), residual - before
+    everywhere = Linear(weight * residual, weight * of_branch.slopes[0])
     sampled = Linear(sample(everywhere.residual), sample(everywhere.slopes))
 
     def gain(candidate: ScannedCandidate) -> float:
         data = candidate.scan.data
         if data.size:
-            changed = weight[data] * (candidate.scan.residual - before[data])
-            return everywhere.gain(everywhere.residual[data] + changed, data)
-        changed = at_sample(weight) * (candidate.scan.residual - sample(before))
-        return sampled.gain(sampled.residual + changed)
+            changed = _within_a_turn(candidate.scan.residual + unchanged[data], turn[data])
+            return everywhere.gain(weight[data] * changed, data)
+        changed = _within_a_turn(candidate.scan.residual + sample(unchanged), sample(turn))
+        return sampled.gain(at_sample(weight) * changed)
 
     gains = [gain(candidate) for candidate in candidates]
     return [candidates[place] for place in np.argsort(np.negative(gains), kind="stable")]
+
+
+def _full_turn(branch: Hypothesis) -> np.ndarray:
+    """Logarithmic residual of a full turn of the phase; zero of residuals that are no phases."""
+    screened = at_screening_lines(branch.problem)
+    turns = []
+    for state in screened.problem.states:
+        turn = np.zeros(np.shape(state.data.z))
+        if isinstance(state.experiment.observe, Complex):
+            turn[..., 1, :] = 2 * np.pi / LOGARITHMIC_ERROR
+        turns.append(turn.ravel())
+    return np.concatenate(turns) * (screened.weight if isinstance(screened, Thinned) else 1.0)
+
+
+def _within_a_turn(residual: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Residuals with phases between half a turn on either side: sums of two may lie beyond."""
+    return residual - turn * np.round(residual / np.where(turn > 0, turn, np.inf))
 
 
 def _weight(branch: Hypothesis, residual: np.ndarray) -> np.ndarray:
