@@ -69,7 +69,7 @@ def _run_one(request: Request, inputs: Inputs) -> int:
 
 def _tell_step(screen: Screen, model: FittedModel) -> None:
     """Say what the search has found so far, and the error that is left."""
-    what = " ".join(f"+ {name}" for name in model.effects) or "as given"
+    what = " ".join(f"+ {model.named(name)}" for name in model.effects) or "as given"
     misfit = ", ".join(f"{word} {value}" for word, value in misfit_columns(model).items() if value)
     screen.step(f"So far: {what}: {misfit}")
 

@@ -5,7 +5,7 @@ hash.
 """
 
 import pickle
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from importlib.metadata import version
@@ -46,20 +46,25 @@ class KeptFits:
 
     def __init__(self, folder: str | Path):
         self.files = ArrayStore(folder)
-        self.taken = 0
-        self._written = set[str]()
+        self.read_here = set[str]()
+        self._earlier = self.files.keys()
 
     @property
     def folder(self) -> Path:
         """Where they are."""
         return self.files.folder
 
+    @property
+    def taken(self) -> int:
+        """How many were taken that an earlier run left."""
+        return len(self.read_here & self._earlier)
+
     def read(self, key: str, like: Tree) -> Tree | None:
         """Return a tree of arrays and numbers; None where it is not there."""
         arrays = self.files.read(key)
         if arrays is None:
             return None
-        self.taken += key not in self._written
+        self.read_here.add(key)
         leaves = [arrays[_name(number)] for number in range(len(arrays))]
         numbers = [leaf if leaf.ndim else leaf.item() for leaf in leaves]
         return jax.tree.unflatten(jax.tree.structure(like), numbers)
@@ -71,7 +76,7 @@ class KeptFits:
             return
         try:
             self.files.write(key, leaves)
-            self._written.add(key)
+            self._earlier.discard(key)
         except WritingError as error:
             warn(f"A fit is not kept for a later run: {error}")
 
@@ -99,11 +104,11 @@ def folder_of_fits() -> Path | None:
     return None if fits is None else fits.folder.absolute()
 
 
-def count_taken(number: int) -> None:
-    """Count fits that another process has taken from the folder."""
+def count_read(keys: Iterable[str]) -> None:
+    """Count fits that another process has read, some of which others of this run have written."""
     fits = _KEPT.get()
     if fits is not None:
-        fits.taken += number
+        fits.read_here.update(keys)
 
 
 def stored_or_computed(
@@ -201,15 +206,15 @@ def fitted_in_processes(
     """
     folder = folder_of_fits()
     outcomes = shared(_in_folder, [(fit, folder, task) for task in tasks], done, meanwhile)
-    count_taken(sum(taken for _, taken in outcomes))
+    count_read(key for _, keys in outcomes for key in keys)
     return [outcome for outcome, _ in outcomes]
 
 
 @threadpool_limits.wrap(limits=1)
 def _in_folder(
     fit: Callable[..., Outcome], folder: Path | None, task: tuple[object, ...]
-) -> tuple[Outcome, int]:
-    """What one process finds, and how many fits it takes from the folder."""
+) -> tuple[Outcome, Collection[str]]:
+    """What one process finds, and the fits that it reads in the folder."""
     with fits_kept_in(folder) as fits:
         outcome = fit(*task)
-    return outcome, 0 if fits is None else fits.taken
+    return outcome, () if fits is None else fits.read_here

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any, TypeAlias
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
@@ -16,6 +17,8 @@ from ..effects.damping_layer import DampingLayer
 from ..effects.effect import Effect
 from ..effects.over import OverExtent
 from ..experiment.experiment import Experiment
+from ..modes.finite_elements.interpolation import Nearest
+from ..modes.finite_elements.nodal_modes import nodal_of
 from ..positions.bounds import in_space
 from ..positions.places import Place, Straight, mean
 from ..positions.vectors import PointsInSpace, Recorded, triple
@@ -50,18 +53,27 @@ def locations(
 
 
 def ends(effect: Effect, experiment: Experiment, values: Values, count: int) -> list[PointsInSpace]:
-    """Each place of an effect of the experiment [m], see `locations`.
+    """Each place of an effect of the experiment [m], see `locations`; of nodes alone the nearest.
 
     Both ends of a strut and of a segment, of a box two opposite corners, the least first.
     """
     places = [locations(effect, experiment, values, count, word) for word in effect.place_fields]
     if not isinstance(effect, OverExtent | DampingLayer):
-        return places
+        return [_as_read(place, experiment) for place in places]
     half = 0.5 * _edges(effect, experiment, values, count)
     corners = [places[0] - half, places[0] + half]
     bounds = experiment.structure.modes.bounds()
     # A part ends with its line; what a box holds has no end of its own.
     return corners if in_space(bounds) else [np.clip(corner, *bounds) for corner in corners]
+
+
+def _as_read(points: PointsInSpace, experiment: Experiment) -> PointsInSpace:
+    """Return the nodes [m] that stand for points where the motion is known at nodes alone."""
+    nodal = nodal_of(experiment.structure.modes)
+    if nodal is None or not isinstance(nodal.interpolation, Nearest):
+        return points
+    read = jax.lax.map(nodal.interpolation.closest, jnp.asarray(points))
+    return np.where(np.isnan(points), points, read)
 
 
 def _edges(

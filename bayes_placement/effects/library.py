@@ -129,14 +129,20 @@ def _chosen(kinds: Iterable[Kind]) -> list[type[Effect]]:
 
 def nearest_name(kind: str) -> str | None:
     """Name of the effect that is most like a word; None where none is."""
+    return next(iter(_near_names(kind)), None)
+
+
+def _near_names(kind: str) -> list[str]:
+    """Name of the effect that is most like a word, or else those of which it is a part."""
     close = difflib.get_close_matches(kind, [*EFFECTS, LISTED], n=1)
-    return close[0] if close else None
+    within = [name for name in EFFECTS if kind.lower() in name.split("_")]
+    return close or difflib.get_close_matches(kind, within, n=5, cutoff=0.0)
 
 
 def unknown_effect(kind: str) -> str:
     """Say that there is no such effect, which one was meant, and which there are."""
-    nearest = nearest_name(kind)
-    meant = f" Did you mean {nearest!r}?" if nearest else ""
+    near = " or ".join(map(repr, _near_names(kind)))
+    meant = f" Did you mean {near}?" if near else ""
     known = f"{', '.join(EFFECTS)}; {LISTED} means all usual ones"
     return f"There is no effect {kind!r}.{meant} The effects are {known}"
 

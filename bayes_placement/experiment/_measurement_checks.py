@@ -148,10 +148,13 @@ def stated_variance(
 def no_coherence(has_coherence: bool) -> InputError:
     """Return the error that says what the error of an FRF follows from."""
     missing = "number of averages" if has_coherence else "coherence"
+    field = "averages=20" if has_coherence else "coherence=coherence"
+    line = "averages = 20" if has_coherence else 'coherence = "coh"'
     return InputError(
         f"The measurement has no {missing}; both are needed, since the error of an FRF follows "
-        "from the two together. Give them to the measurement, read the error from the scatter of "
-        "its lines: noise.FromScatter(); or state it: noise.Gaussian(sigma)."
+        f"from the two together. Give what is missing: Measurement.from_arrays(..., {field}), or "
+        f"in the mapping of a file {line}; read the error from the scatter of the lines: "
+        "noise.FromScatter(); or state it: noise.Gaussian(sigma)."
     )
 
 

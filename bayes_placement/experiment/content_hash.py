@@ -140,6 +140,10 @@ class ArrayStore:
         """Whether there is a file, which may be damaged."""
         return self._path(key).exists()
 
+    def keys(self) -> set[str]:
+        """Names of all files."""
+        return {path.stem for path in self.folder.glob("*.npz")}
+
     def read(self, key: str) -> dict[str, np.ndarray] | None:
         """Arrays by name; None if the file is missing or, with a warning, damaged."""
         path = self._path(key)

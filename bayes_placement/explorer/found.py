@@ -29,6 +29,7 @@ def reach_for_page(reach: Reach) -> Json:
             **kind,
             "rows": np.asarray(rows[kind["acts_on"]]).tolist(),
             "is_channel": kind["acts_on"] in NOWHERE,
+            "chance": reach.chance(kind["best"]["probability"]),
             "law_in_words": reach.kinds()["law"][kind["acts_on"]].in_words(),
             "few_numbers": float(reach.kinds()["few_numbers"][kind["acts_on"]]),
             "measured": _law(reach, kind["acts_on"]),
@@ -70,7 +71,7 @@ def ledger_for_page(ledger: Ledger) -> Json:
         "compared": best.head(12).to_dict("records"),
         "steps": [
             {
-                "added": step.added,
+                "added": step.added and step.title,
                 "chi2": step.chi2_per_datum,
                 "words": step.description(),
                 "model_error": {kind: size.mean for kind, size in step.model_error.items()},

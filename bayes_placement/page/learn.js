@@ -63,7 +63,7 @@ export class Learn {
     const rows = reach.kinds.map((kind) => {
       const place = kind.best.place_m.map((end) => `${end.map((v) => (1e3 * v).toFixed(0)).join(", ")} mm`).join(" to ");
       const where = kind.is_channel ? kind.best.setting : `${kind.acts_on} at ${place}`;
-      const share = `removes ${percent(kind.few_numbers)} · probability ${probability(kind.best.probability)}`;
+      const share = `removes ${percent(kind.few_numbers)}${kind.chance}`;
       return make("p", { class: "law" }, make("b", {}, kind.law_in_words), ` · ${where}`, make("small", {}, bar(kind.few_numbers), share));
     });
     this.chart = make("div", { id: "law" });

@@ -49,7 +49,7 @@ export class StructurePanel {
           this.reached();
         };
         const label = `${nameOf(kind)} ${percent(kind.any_law ?? kind.few_numbers)}`;
-        const title = kind.any_law !== undefined ? means : `${kind.law_in_words}: removes ${percent(kind.few_numbers)} of the misfit, probability ${kind.best.probability.toPrecision(2)}`;
+        const title = kind.any_law !== undefined ? means : `${kind.law_in_words}: removes ${percent(kind.few_numbers)} of the misfit${kind.chance}`;
         return make("button", { "aria-pressed": String(kind.acts_on === this.kind), title, onclick: press }, label);
       }),
     );

@@ -302,7 +302,7 @@ def error_falls(ledger: Ledger, *, ax: Axes | None = None) -> Figure:
     >>> bp.plots.ledger.error_falls(ledger).axes[0].get_ylabel()
     'reduced chi-square [1]'
     """
-    names = ["as given", *(f"+ {step.added}" for step in ledger.steps[1:])]
+    names = ["as given", *(f"+ {step.title}" for step in ledger.steps[1:])]
     misfit = told_misfit([step.to_json() for step in ledger.steps])
     layout = panels(1, 1, ax)
     panel = layout.only

@@ -14,11 +14,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from .._shared.arguments import arguments_checked
+from ..criticism.reach._at_port import subject_in_words
 from ..criticism.reach._channels import CHANNELS, NOWHERE
 from ..criticism.reach._filters import ChannelFilter
-from ..criticism.reach.reach import Reach, subject_in_words
+from ..criticism.reach.reach import Reach
 from ..experiment.experiment import Experiment
-from ..inference.units import probability_in_words
 from ..laws.law import Law
 from ..laws.tabulated import COMPLIANCES
 from ..positions.vectors import triple
@@ -179,9 +179,9 @@ def _draw_kind(
 
 
 def _title(reach: Reach, subject: str, best: pd.Series) -> str:
-    probability = reach.kinds()["probability"][best["acts_on"]]
-    unbroken = probability_in_words(probability).replace(" ", "\u00a0")
-    return textwrap.fill(f"{subject}: {best['law'].in_words()} ({unbroken})", LETTERS)
+    chance = reach.chance(reach.kinds()["probability"][best["acts_on"]])
+    unbroken = chance[:1] + chance[1:].replace(" ", "\u00a0")
+    return textwrap.fill(f"{subject}: {best['law'].in_words()}{unbroken}", LETTERS)
 
 
 @arguments_checked
@@ -225,7 +225,7 @@ def law(
     magnitude, phase = layout.axes.flat
     _dots(magnitude, phase, measured, curves[0])
     for (_, row), values, style in zip(laws.iterrows(), curves, STYLES, strict=False):
-        label = f"{row['law'].in_words()} ({probability_in_words(row['probability'])})"
+        label = f"{row['law'].in_words()}{reach.chance(row['probability'])}"
         magnitude.plot(lines, np.abs(values), label=label, zorder=3, **style)
         phase.plot(lines, np.degrees(np.angle(values)), zorder=3, **style)
     ends = lines[0] / MARGIN, lines[-1] * MARGIN

@@ -133,11 +133,28 @@ def test_a_full_disk_does_not_end_the_search(asked, full_store, tmp_path, monkey
 
 
 def test_what_this_run_wrote_is_not_counted_as_taken_from_an_earlier_one(tmp_path):
-    for fits, taken in ((kept_fits.KeptFits(tmp_path), 0), (kept_fits.KeptFits(tmp_path), 1)):
+    for taken in (0, 1):
+        fits = kept_fits.KeptFits(tmp_path)
         if not taken:
             fits.write("mine", np.zeros(2))
         np.testing.assert_array_equal(fits.read("mine", np.ones(2)), np.zeros(2))
         assert fits.taken == taken
+
+
+def _kept(problem, number):
+    """What follows from a problem and a number, in whatever process."""
+    return kept_fits.stored_or_computed(lambda: np.zeros(2), np.zeros(2), problem, number)
+
+
+def test_what_one_part_of_a_run_wrote_is_not_counted_where_another_reads_it(tmp_path):
+    """Each part, in a helper or here, looks at the folder anew."""
+    setup = experiment()
+    problem = kept_fits.Problem(setup, setup.data(measured(MASS, seed=1)))
+    for taken in (0, 2):
+        with kept_fits.fits_kept_in(tmp_path) as fits:
+            for number in (1, 2, 1):
+                kept_fits.fitted_in_processes(_kept, [(problem, number)])
+            assert fits.taken == taken
 
 
 def test_results_of_other_forms_from_the_same_inputs_are_kept_apart(tmp_path):

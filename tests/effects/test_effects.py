@@ -245,6 +245,8 @@ def test_effects_on_what_the_experiment_has_not_are_refused():
         (base + effects.point_mass(0.3, 1.0)).without("rust")
     with refused(r"no effect 'point_mas'. Did you mean 'point_mass'\?"):
         effects.library(base, ["point_mas"])
+    with refused(r"no effect 'mass'. Did you mean 'point_mass' or .*'sensor_mass'.*\?"):
+        effects.library(base, ["mass"])
     with refused(r"no effect 'rust'. The effects are point_mass"):
         effects.library(base, ["rust"])
 

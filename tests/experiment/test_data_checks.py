@@ -104,6 +104,14 @@ def test_a_model_without_a_natural_frequency_among_the_lines_is_told(modulus):
     assert faults[0].sentence.startswith("The FRFs have resonances between 4 and 300 Hz, but no")
 
 
+def test_frequencies_in_khz_are_told_and_not_a_wrong_model():
+    data = measured(free_beam())
+    in_khz = dataclasses.replace(data, frequency=data.frequency / 1000)
+    setup = eqx.tree_at(lambda tree: tree.frequency, free_beam(), in_khz.frequency)
+    (fault,) = setup.check_data(in_khz).faults["natural frequencies"]
+    assert "frequencies in kHz" in fault.sentence and "GPa" not in fault.sentence
+
+
 def test_a_softer_model_than_any_is_told_from_a_stiffer_one():
     """No effect raises all natural frequencies from below the lines: commands stop there."""
     values = [

@@ -271,10 +271,11 @@ def test_noise_variance_is_unknown_where_nothing_was_measured():
 
 
 @pytest.mark.parametrize(
-    ("missing", "name"), [("coherence", "coherence"), ("averages", "number of")]
+    ("missing", "name", "line"),
+    [("coherence", "coherence", 'coherence = "coh"'), ("averages", "number of", "averages = 20")],
 )
-def test_noise_variance_needs_coherence_and_averages(missing, name):
-    with pytest.raises(ValueError, match=f"has no {name}.*noise.Gaussian"):
+def test_noise_variance_needs_coherence_and_averages(missing, name, line):
+    with pytest.raises(ValueError, match=f"has no {name}.* a file {line}.*noise.Gaussian"):
         measurement(**{missing: None}).noise_variance()
 
 

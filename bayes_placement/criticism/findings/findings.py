@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..._shared.labels import ABOUT, AS_DRAWN, AS_GIVEN
+from ..._shared.labels import ABOUT, AS_DRAWN
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.modal_parameters import ModalParameters
 from ...experiment.prior_draws import draws_from_priors
@@ -41,14 +41,7 @@ def models_of(result: Ledger | Ranking, experiment: Experiment) -> list[Model]:
         first = next((step for step in result.steps if not step.effects), result.steps[0])
         last = result.steps[0]
     steps = [first, last] if last.effects and last is not first else [last]
-    return [
-        Model(
-            f"with {' and '.join(step.effects)}" if step.effects else AS_GIVEN,
-            step.experiment or experiment,
-            step.values,
-        )
-        for step in steps
-    ]
+    return [Model(step.label, step.experiment or experiment, step.values) for step in steps]
 
 
 def draws_of_result(result: Ledger | Ranking) -> JointDraws:

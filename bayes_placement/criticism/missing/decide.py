@@ -204,7 +204,10 @@ def objections(weighed: Weighed, number: int, fewer: int) -> Iterator[str]:
                 f"{' or '.join(others)}"
             )
         if not _explains_most(row, before, policy):
-            yield "leaves more to the model error than it explains"
+            yield (
+                f"removes no more than {policy.explained:.0%} of the misfit, and the model error "
+                "would have to take up the rest"
+            )
     if row.errors_at_edge and (row.states == 2 or row.on_structure):
         kind = row.errors_at_edge[0].split(".")[1].replace("_", " ")
         yield (

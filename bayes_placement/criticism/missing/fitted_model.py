@@ -8,7 +8,9 @@ import numpy as np
 
 from ..._shared.errors import SAMPLED
 from ..._shared.files import Json
+from ..._shared.labels import AS_GIVEN
 from ..._shared.reprs import with_short_repr
+from ...effects.attached import GivenLaw
 from ...effects.beyond_prior import BeyondPrior
 from ...effects.effect import Effect
 from ...effects.library import kind_of
@@ -79,6 +81,8 @@ class FittedModel:
         Noise that the best fit without model error needs; None where there is none.
     about
         Setting and remark of each of its effects, in words.
+    added_besides
+        Names of effects that were added in the same step, where no model in between was fitted.
 
     Examples
     --------
@@ -105,6 +109,7 @@ class FittedModel:
     noise_needed: NoiseNeeded | None = None
     noise_needed_when_exact: NoiseNeeded | None = None
     about: Mapping[str, tuple[str, str]] = field(default_factory=dict, repr=False)
+    added_besides: tuple[str, ...] = ()
 
     @property
     def values(self) -> dict[str, float]:
@@ -112,9 +117,37 @@ class FittedModel:
         means = {name: estimate.mean for name, estimate in self.parameters.items()}
         return means | dict(self.errors)
 
+    @property
+    def all_added(self) -> tuple[str, ...]:
+        """Names of all effects that were added in this step."""
+        return () if self.added is None else (*self.added_besides, self.added)
+
+    @property
+    def title(self) -> str:
+        """What was added in this step, as a table names it."""
+        return " + ".join(map(self.named, self.all_added)) or "as given"
+
+    @property
+    def label(self) -> str:
+        """The model as figures name it, with all its effects."""
+        return f"with {' and '.join(map(self.named, self.effects))}" if self.effects else AS_GIVEN
+
+    def named(self, name: str) -> str:
+        """Name of one of its effects; a law that was found is told by its elements."""
+        present = () if self.experiment is None else self.experiment.effects
+        laws = (each for each in present if each.name == name and isinstance(each, GivenLaw))
+        return next(map(kind_of, laws), name)
+
     def description(self) -> str:
         """Say what was added: which sensor or part it is about, and its parameters."""
-        return "" if self.added is None else self.described(self.added)
+        return self.all_described(self.all_added)
+
+    def all_described(self, names: Sequence[str]) -> str:
+        """Say what effects are about, and their parameters; of several with names."""
+        words = {name: self.described(name) for name in names}
+        if len(words) < 2:
+            return "".join(words.values())
+        return "; ".join(f"{self.named(name)}: {said}" for name, said in words.items())
 
     def described(self, name: str) -> str:
         """Say which sensor or part one of its effects is about, and the parameters of that."""
@@ -130,7 +163,7 @@ class FittedModel:
         return {
             name: estimate
             for name, estimate in self.parameters.items()
-            if estimate.effect == self.added
+            if estimate.effect in self.all_added
         }
 
     def estimates_of(self, name: str) -> dict[str, ParameterEstimate]:
@@ -193,7 +226,8 @@ class FittedModel:
     def to_json(self) -> Json:
         """Return it as numbers and words for a file; None for numbers that are not finite."""
         return {
-            "added": self.added,
+            "added": None if self.added is None else self.title,
+            "names": list(self.all_added),
             "setting": self.setting,
             "remark": self.remark,
             "parameters": {name: estimate.to_json() for name, estimate in self.parameters.items()},
@@ -257,7 +291,7 @@ def _sampled(hypothesis: Hypothesis) -> SampledPosterior | None:
 
 
 def fitted_model(
-    hypothesis: Hypothesis, sampled: Sampled, added: str | None = None, in_full: bool = True
+    hypothesis: Hypothesis, sampled: Sampled, added: Sequence[str] = (), in_full: bool = True
 ) -> FittedModel:
     """Lay out a hypothesis for the record.
 
@@ -268,7 +302,8 @@ def fitted_model(
     parameters = estimates(hypothesis, None if posterior is None else posterior.points)
     experiment, exact = hypothesis.problem.experiment, hypothesis.exact
     names = [effect.name for effect in hypothesis.effects]
-    name = added or (names[-1] if names else None)
+    added = added or names[-1:]
+    name = added[-1] if added else None
     effect = next((effect for effect in experiment.effects if effect.name == name), None)
     about = {
         present.name: _about(present, experiment, parameters)
@@ -295,6 +330,7 @@ def fitted_model(
         noise_needed=noise_needed(hypothesis) if in_full else None,
         noise_needed_when_exact=noise_needed(exact) if in_full and exact else None,
         about=about,
+        added_besides=tuple(added[:-1]),
     )
 
 

@@ -291,12 +291,18 @@ def _steps(way: Sequence[Hypothesis], sampled: Sampled) -> tuple[FittedModel, ..
     """The way from the model as given to what is claimed, laid out for the record."""
     steps = [fitted_model(way[0], sampled)]
     for before, after in itertools.pairwise(way):
-        new = Counter(after.kinds) - Counter(before.kinds)
-        known = {effect.name for effect in before.effects}
-        names = (effect.name for effect in after.effects if kind_of(effect) in new)
-        added = next(name for name in names if name not in known)
-        steps.append(fitted_model(after, sampled, added))
+        steps.append(fitted_model(after, sampled, _added(before, after)))
     return tuple(steps)
+
+
+def _added(before: Hypothesis, after: Hypothesis) -> list[str]:
+    """Names of the effects that one has more than another, which may name its own otherwise."""
+    known = {effect.name for effect in before.effects}
+    added = set[str]()
+    for kind, count in (Counter(after.kinds) - Counter(before.kinds)).items():
+        alike = [effect.name for effect in after.effects if kind_of(effect) == kind]
+        added |= {*sorted(alike, key=known.__contains__)[:count]}
+    return [effect.name for effect in after.effects if effect.name in added]
 
 
 def _compared(comparison: Comparison) -> pd.DataFrame:

@@ -141,8 +141,7 @@ class Ledger:
         first, last = self.steps[0], self.steps[-1]
         models = {AS_GIVEN: (first.experiment or self.given, first.values)}
         if last.effects:
-            name = f"with {' and '.join(last.effects)}"
-            models[name] = (last.experiment or self.experiment, last.values)
+            models[last.label] = (last.experiment or self.experiment, last.values)
         if isinstance(self.measurement, ModalParameters):
             modes = self.measurement
             return {n: fitted_modes(model, modes, values) for n, (model, values) in models.items()}
@@ -184,7 +183,7 @@ class Ledger:
         exact = all(np.isfinite(step.chi2_when_exact) for step in self.steps)
         rows = [
             {
-                "added": step.added or "as given",
+                "added": step.title,
                 **misfit_columns(step),
                 "p": number_or_blank(step.p_value, ".2g"),
                 **gained(step, self.steps[0]),
@@ -227,8 +226,15 @@ class Ledger:
     def __str__(self) -> str:
         """Table of the steps, the parameters of all effects together, then the sentences."""
         table, last = self.table(), self.steps[-1]
-        together = table.assign(parameters=[last.described(name) for name in table.index])
+        together = table.assign(parameters=[_together(step, last) for step in self.steps])
         return "\n".join([narrow(together), "", *(f"- {line}" for line in self.words())])
+
+
+def _together(step: FittedModel, last: FittedModel) -> str:
+    """Parameters of what a step added, in the last model where that has it by the same name."""
+    names = step.all_added
+    is_there = [*map(step.named, names)] == [*map(last.named, names)]
+    return (last if is_there else step).all_described(names)
 
 
 def misfit_columns(step: FittedModel) -> dict[str, str]:

@@ -16,7 +16,7 @@ from ..kept_fits import NONE, Tree, stored_or_computed
 from ..locations import ends
 from ..screening_lines import at_about, at_lines_of_descents
 from ._asked import NETWORK, PLACE, Asked, LawsAsked, Networks, Rows
-from ._channels import ChannelPort
+from ._channels import NOWHERE, ChannelPort
 from ._filters import FILTERS
 from ._free_factor import FreeFactor
 from ._free_law import AnyLaw, Free, FreeLaw, Point, Points, tells_phase
@@ -237,3 +237,18 @@ def ends_in_metres(row: pd.Series) -> list[list[float]]:
     places = [[float(row[name]) for name in names] for names in (PLACES[:3], PLACES[3:])]
     known = [[number for number in place if np.isfinite(number)] for place in places]
     return [place for place in known if place]
+
+
+def subject_in_words(acts_on: object, row: pd.Series) -> str:
+    """Kind of port and place of a row in words, or its channels."""
+    is_nowhere = acts_on in NOWHERE
+    return row["setting"].replace("sensor", "channel", 1) if is_nowhere else f"{acts_on}{_at(row)}"
+
+
+def _at(row: pd.Series) -> str:
+    """Place of a row in words: one where both ends round to the same."""
+    texts = [
+        ", ".join(f"{1e3 * coordinate:.0f}" for coordinate in end) for end in ends_in_metres(row)
+    ]
+    pairs = zip(("at", "to"), dict.fromkeys(texts), strict=False)
+    return "".join(f" {word} {text} mm" for word, text in pairs)

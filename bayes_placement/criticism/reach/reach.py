@@ -17,7 +17,7 @@ from ...inference.engines.levenberg_marquardt import Fit
 from ...inference.residuals import Problem
 from ...inference.units import probability_in_words, three_digits
 from ._as_measured import as_measured
-from ._at_port import ReachOfPort, ends_in_metres, where
+from ._at_port import ReachOfPort, ends_in_metres, subject_in_words, where
 from ._channels import CHANNELS, NOWHERE
 from ._free_law import tells_phase
 from ._in_bands import OF_LAW, LeftInBands, left_in_bands
@@ -38,6 +38,11 @@ OF_MODES = (
     "From modal parameters no law over frequency can be read, and no factor of a channel: at each "
     "place a mass, a spring, a dashpot or a local loss of stiffness is tried. Measure FRFs to read "
     "the law."
+)
+
+NONE_ALONE = (
+    "None of these laws alone leaves nothing but noise: this says how much each removes, not where "
+    "something acts."
 )
 
 HALF = 0.5
@@ -70,7 +75,7 @@ class Reach:
         Whether the model as given misses the data by more than noise; None of unknown noise.
     one_explains
         Whether the best law, alone, leaves nothing but noise; None of unknown noise. If not, the
-        probabilities hold if one law acts alone.
+        probabilities are of laws none of which is right, and no words or figures tell them.
     is_new
         Whether laws act in the later of two states alone: what is new since the baseline.
     limits
@@ -229,19 +234,23 @@ class Reach:
             what = "new since the baseline" if self.is_new else "missing"
             return [f"Nothing is seen to be {what}: the model reaches the noise without it."]
         kinds = self.kinds()
-        alone = " if one law acts alone" if self.one_explains is False else ""
         first, *others = [
             *self._none_explains(kinds),
             *(
                 f"{subject_in_words(acts_on, row)}: {row['law'].in_words()} removes "
-                f"{row['few_numbers']:.0%} of the misfit "
-                f"({probability_in_words(row['probability'])}{alone}){_by_any_law(row)}"
+                f"{row['few_numbers']:.0%} of the misfit"
+                f"{self.chance(row['probability'])}{_by_any_law(row)}"
                 f"{self._as_well(str(acts_on))}."
                 for acts_on, row in kinds.iterrows()
             ),
+            *([NONE_ALONE] if self.one_explains is False else []),
             *filter(None, [self.limits]),
         ]
         return [f"New since the baseline: {first}" if self.is_new else first, *others]
+
+    def chance(self, share: float) -> str:
+        """A probability in words and brackets; nothing where no law alone is right."""
+        return "" if self.one_explains is False else f" ({probability_in_words(share)})"
 
     def _as_well(self, acts_on: str) -> str:
         """Between which places along a line the data do not tell where it acts, in words."""
@@ -380,18 +389,3 @@ def _share(left: float | np.ndarray, squares: float, above: float) -> float | np
     Of unknown noise, which the model may have taken for a misfit, that of all residuals.
     """
     return np.clip((squares - left) / above, 0.0, 1.0) if above > 0 else 0.0 * left
-
-
-def subject_in_words(acts_on: object, row: pd.Series) -> str:
-    """Kind of port and place of a row in words, or its channels."""
-    is_nowhere = acts_on in NOWHERE
-    return row["setting"].replace("sensor", "channel", 1) if is_nowhere else f"{acts_on}{_at(row)}"
-
-
-def _at(row: pd.Series) -> str:
-    """Place of a row in words: one where both ends round to the same."""
-    texts = [
-        ", ".join(f"{1e3 * coordinate:.0f}" for coordinate in end) for end in ends_in_metres(row)
-    ]
-    pairs = zip(("at", "to"), dict.fromkeys(texts), strict=False)
-    return "".join(f" {word} {text} mm" for word, text in pairs)

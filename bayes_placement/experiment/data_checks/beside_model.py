@@ -219,8 +219,21 @@ def _outside(record: Record, first: Pair, modes: NaturalFrequencies, greatest: f
         1.0,
         f"The FRFs have resonances between {low:.4g} and {high:.4g} Hz, but no natural frequency "
         f"of the model lies there, at any draw from the priors (nominal: {elastic[0]:.3g} to "
-        f"{elastic[-1]:.3g} Hz), as of a modulus in GPa or a length in mm; Pa, m, kg/m³ and Hz are "
-        "needed: youngs_modulus=70e9.",
+        f"{elastic[-1]:.3g} Hz), {_cause_of_modes_elsewhere(elastic, 1000 * low, 1000 * high)}",
+    )
+
+
+def _cause_of_modes_elsewhere(elastic: NaturalFrequencies, low: float, high: float) -> str:
+    """Which units are wrong, and what corrects them; in kHz the lines would be these."""
+    if np.any((elastic >= low) & (elastic <= high)):
+        return (
+            "as of frequencies in kHz that are told to be in Hz: a thousand times these lines hold "
+            "natural frequencies; correct their unit in the file or its mapping, or give Hz: "
+            "frequency=1000 * frequency."
+        )
+    return (
+        "as of a modulus in GPa or a length in mm; Pa, m, kg/m³ and Hz are needed: "
+        "youngs_modulus=70e9."
     )
 
 

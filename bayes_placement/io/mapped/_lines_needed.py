@@ -36,6 +36,7 @@ def check_complete(
     """Refuse arrays of which neither file, channel table nor mapping says what they are."""
     if not mapping.frf:
         _check_numbers(source)
+        _check_second_parts(source)
     lines = list(_missing(mapping, source, table_labels))
     if not lines:
         return
@@ -56,6 +57,22 @@ def _check_numbers(source: NamedArrays) -> None:
         f"{source.path} holds {described(source.arrays)}; a column or an array of at least two "
         "numbers is needed, since FRFs are given at several frequencies. Give the file of the "
         "measured FRFs, or export it again with its numbers."
+    )
+
+
+def _check_second_parts(source: NamedArrays) -> None:
+    """Refuse columns that, by their headings, are one part of FRFs each time: none has another."""
+    columns = _real_columns(source)
+    first = next((name for name, part in columns.items() if part in FIRSTS), None)
+    if first is None or {None, *partners_of(columns[first])} & {*columns.values()}:
+        return
+    part, second = columns[first], "a phase in degrees or radians"
+    if part == "real":
+        second = "an imaginary part"
+    raise InputError(
+        f"{source.path} holds {described(source.arrays)}; beside {_quoted(first)}, by its heading "
+        f"{part}, no column can be {second}, and both are needed, since an FRF is complex. Export "
+        "both parts of each FRF."
     )
 
 
@@ -232,14 +249,7 @@ def _columns_line(source: NamedArrays, mapping: Mapping) -> str:
 
     These are comments, so that none is taken before one of them is chosen.
     """
-    axis = _axis(source)
-    size = max(values.size for values in source.arrays.values() if values.dtype.kind in "iuf")
-    numbers = [
-        name
-        for name, values in source.arrays.items()
-        if values.dtype.kind in "iuf" and values.size == size and name != axis
-    ]
-    columns = columns_by_part(source, numbers)
+    columns = _real_columns(source)
     pair = first_pair(columns) or _unknown_pair(columns)
     lines = [
         _pair_line(dict(zip(parts, pair.parts.values(), strict=True)), pair, source, mapping)
@@ -249,6 +259,23 @@ def _columns_line(source: NamedArrays, mapping: Mapping) -> str:
     if len(lines) == 1 and not any(part.startswith(_OPEN) for part in pair.parts):
         return f"{lines[0]}  # one table for each pair"
     return _question("Which parts they are, the headings do not say", lines)
+
+
+def _real_columns(source: NamedArrays) -> dict[str, str | None]:
+    """Columns of real numbers but the frequency, with the part that their headings say.
+
+    None where there are arrays that are no columns, or complex ones.
+    """
+    if any(values.dtype.kind == "c" or values.ndim > 1 for values in _numbers(source).values()):
+        return {}
+    axis = _axis(source)
+    size = max(values.size for values in source.arrays.values() if values.dtype.kind in "iuf")
+    numbers = [
+        name
+        for name, values in source.arrays.items()
+        if values.dtype.kind in "iuf" and values.size == size and name != axis
+    ]
+    return columns_by_part(source, numbers)
 
 
 def _may_be(part: str, heading_part: str) -> bool:
@@ -278,7 +305,8 @@ def _unknown_pair(columns: dict[str, str | None]) -> PartPair:
 def _pair_line(parts: dict[str, str], pair: PartPair, source: NamedArrays, mapping: Mapping) -> str:
     named = {**parts, **({"coherence": pair.coherence} if pair.coherence else {})}
     fields = ", ".join(f"{part} = {_quoted(name)}" for part, name in named.items())
-    known = mapping.unit or (source.units and stated_units(source, pair.parts.values()))
+    read = [name for name in pair.parts.values() if name in source.arrays]
+    known = mapping.unit or (source.units and stated_units(source, read))
     unit = "" if known else ', unit = "(m/s^2)/N"'
     return f'frf = [{{ sensor = "s1+x", actuator = "a1+x", {fields}{unit} }}]'
 

@@ -298,7 +298,7 @@ def _alike(spectra: Spectra, estimator: str, step: int) -> Iterator[str]:
             "What differs from repeat to repeat is alike in neighbouring lines: "
             f"{correlated_lines:.2g} lines count as one independent line, as by noise of a "
             "windowed force. A likelihood counts each line: posteriors are too narrow. Take "
-            f"every={round(correlated_lines) * step}."
+            f"frf_of(..., every={round(correlated_lines) * step}), or the same of frf."
         )
 
 
@@ -313,7 +313,8 @@ def _warnings(spectra: Spectra) -> Iterator[str]:
         yield (
             f"Errors of neighbouring lines are correlated: {spectra.correlated_lines:.2g} lines "
             "count as one independent line. A likelihood counts each line: posteriors are too "
-            f"narrow. Leave every= out, or take every={round(spectra.correlated_lines)}."
+            "narrow. Leave every= out, or take frf_of(..., "
+            f"every={round(spectra.correlated_lines)}), or the same of frf."
         )
 
 

@@ -98,7 +98,8 @@ def test_an_effect_explains_more_than_it_leaves_to_the_model_error(chi2, kinds):
     rows = erroneous("", 0.0, 100.0), erroneous("mass", 30.0, chi2, gain=1.0)
     decision = decided(*rows)
     assert decision.kinds == kinds
-    reason = "mass leaves more to the model error than it explains"
+    reason = "mass removes no more than 50% of the misfit, and the model error would have to "
+    reason += "take up the rest"
     assert decision.reasons == (() if kinds else (reason,))
     # What is new since a baseline may be small.
     assert decided(*(each._replace(states=2) for each in rows)).kinds == ("mass",)

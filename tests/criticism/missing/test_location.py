@@ -8,7 +8,7 @@ from skfem import Basis, ElementQuadBFS
 
 import bayes_placement as bp
 from bayes_placement import effects, finite_elements, positions
-from bayes_placement.criticism.locations import effect_locations, locations
+from bayes_placement.criticism.locations import effect_locations, ends, locations
 from bayes_placement.modes.finite_elements import interpolation, modes_from_shapes, soft_supports
 from bayes_placement.positions import places
 from tests.small_models import Plate
@@ -197,3 +197,26 @@ def test_places_found_on_a_line_are_numbers():
     assert effect_locations(extended, {"structure.effects.point_mass.at": 0.42}) == {
         "point_mass": 0.42
     }
+
+
+def test_where_the_motion_is_known_at_nodes_alone_a_place_is_told_as_its_node():
+    """A strut whose ends lie on either side of the edge between two nodes joins these."""
+    chain = finite_elements.Matrices(
+        stiffness=np.diag([2.0, 2.0, 1.0]) - np.eye(3, k=1) - np.eye(3, k=-1),
+        mass=np.eye(3),
+        position=[(0.2 * node, 0.0, 0.0) for node in (1, 2, 3)],
+        dof=[(node, 1) for node in (1, 2, 3)],
+    )
+    modes = finite_elements.modes(chain, interpolation.nearest(chain), up_to=10.0)
+    strut = effects.strut((0.4999, 0.0, 0.0), (0.5001, 0.0, 0.0), bp.effects.Spring(9.0))
+    experiment = bp.Experiment(
+        bp.Structure(modes, damping=bp.damping.Modal(0.02)),
+        sensors=[bp.Sensor("s1", at=(0.2, 0.0, 0.0))],
+        actuators=[bp.Actuator("a1", at=(0.4, 0.0, 0.0))],
+        frequency=[0.1],
+        observe=bp.observe.Complex("acceleration"),
+        noise=None,
+    )
+    joined = experiment + strut
+    told = ends(*joined.effects, joined, {}, 1)
+    np.testing.assert_allclose(np.concatenate(told)[:, 0], [0.4, 0.6])

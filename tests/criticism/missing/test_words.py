@@ -12,8 +12,9 @@ from scipy.stats import norm
 
 import bayes_placement as bp
 from bayes_placement import effects
+from bayes_placement.criticism.findings.findings import models_of
 from bayes_placement.criticism.missing import _rows
-from bayes_placement.criticism.missing._hypotheses import null_hypothesis
+from bayes_placement.criticism.missing._hypotheses import Hypothesis, null_hypothesis
 from bayes_placement.criticism.missing._narrow_text import narrow
 from bayes_placement.criticism.missing._parameter_estimate import ParameterEstimate
 from bayes_placement.criticism.missing._posterior_odds import Comparison
@@ -22,7 +23,9 @@ from bayes_placement.criticism.missing._verdict_in_words import _near, sizes_in_
 from bayes_placement.criticism.missing._weighed import NONE
 from bayes_placement.criticism.missing._where_it_fails import where_it_fails
 from bayes_placement.criticism.missing.decide import Doubt
+from bayes_placement.criticism.missing.improve import _steps
 from bayes_placement.criticism.missing.table import Policy, gain_of_smooth_misfit
+from bayes_placement.laws import Dashpot, Mass, Spring
 from tests.criticism import small
 from tests.criticism.missing.test_outliers import of_unknown_noise
 from tests.criticism.small import GAIN, MASS, TRUTH, experiment, measured, without_coherence
@@ -287,3 +290,44 @@ def test_explain_says_no_more_than_improve_where_the_check_fails_beside_a_model_
     said = dataclasses.replace(ranking, steps=steps).words()[0]
     assert said.startswith("Missing is point_mass") == is_told
     assert ("The exact model fails" in said and "reduces the misfit; " in said) != is_told
+
+
+@pytest.fixture(scope="module")
+def way():
+    """The small bar as given, and with two laws that were found together."""
+    data = experiment().data(measured(MASS))
+    null = null_hypothesis(experiment(), data)
+    absorber = Spring(dist.Uniform(0.9e5, 1.1e5)) - Mass(0.2)
+    laws = (
+        effects.attached(0.3, absorber, name="attached: spring"),
+        effects.attached(0.7, Dashpot(dist.Uniform(1.0, 9.0)), name="attached: spring_2"),
+    )
+    both = null_hypothesis(experiment() + laws[0] + laws[1], data)
+    return null, dataclasses.replace(both, effects=laws)
+
+
+def test_laws_that_were_found_together_are_one_row_that_names_and_describes_both(
+    way, beside_errors
+):
+    """No model with one of them alone was fitted, and each law is told by its elements."""
+    steps = _steps(way, {})
+    table = (ledger := dataclasses.replace(beside_errors, steps=steps)).table()
+    both = "attached: spring - mass + attached: dashpot"
+    assert table.index.tolist() == ["as given", both]
+    said = "attached: spring - mass: at 0.3 m, law.parts.1.stiffness .*; attached: dashpot: at 0.7"
+    assert re.match(said, table["parameters"].iloc[-1])
+    assert f"{both}: {said[:23]}" in str(ledger)
+    models = ["as given", "with attached: spring - mass and attached: dashpot"]
+    assert [model.name for model in models_of(ledger, experiment())] == models
+    assert [*ledger.fits][1:] == models
+    last = ledger.to_json()["steps"][-1]
+    assert (last["added"], last["names"]) == (both, ["attached: spring", "attached: spring_2"])
+    assert {each.effect for each in steps[-1].parameters_of_added().values()} == {*last["names"]}
+
+
+def test_a_step_adds_the_law_that_is_new_although_an_other_had_its_name(way):
+    """The best of two laws need not have the names that the best single one has."""
+    null, both = way
+    first, second = both.effects
+    alone = Hypothesis((dataclasses.replace(second, name=first.name),), null.problem, null.fit)
+    assert _steps((null, alone, both), {})[-1].title == "attached: spring - mass"

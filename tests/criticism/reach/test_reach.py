@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import numpyro.distributions as dist
 import pytest
+from matplotlib.text import Text
 
 import bayes_placement as bp
 from bayes_placement._shared.errors import InputError
@@ -16,6 +17,7 @@ from bayes_placement.criticism.missing.ledger import Ledger
 from bayes_placement.criticism.reach import _in_bands, _named_laws, _ports
 from bayes_placement.criticism.reach._at_port import ReachOfPort
 from bayes_placement.criticism.reach._free_law import FreeLaw, complex_residuals
+from bayes_placement.explorer.found import reach_for_page
 from bayes_placement.inference.residuals import Problem, point_in_problem
 from tests.criticism import small
 from tests.criticism.reach.cantilever import (
@@ -226,10 +228,19 @@ def test_reach_is_told_in_words():
     assert found.words()[0].startswith("displacement at 2")
     assert "dashpot - spring removes 100%" in found.words()[0]
     assert repr(found).startswith("Reach: reduced chi-square")
-    alone = " if one law acts alone)"
-    assert found.one_explains and alone not in found.words()[0]
+    assert found.one_explains and "(probability 0." in found.words()[0]
+
+
+def test_no_law_is_called_probable_where_none_alone_leaves_nothing_but_noise():
+    found = reached(maxwell, False)
     not_all = dataclasses.replace(found, one_explains=False)
-    assert alone in not_all.words()[0]
+    assert not any("probability" in sentence for sentence in not_all.words())
+    assert not_all.words()[-1].endswith("not where something acts.")
+    figures = bp.plots.reach.curves(not_all), bp.plots.reach.law(not_all)
+    titles = [panel.get_title() for figure in figures for panel in figure.axes]
+    entries = [text.get_text() for text in figures[1].findobj(Text)]
+    assert not any("probability" in word for word in [*titles, *entries])
+    assert not any(kind["chance"] for kind in reach_for_page(not_all)["kinds"])
 
 
 def test_places_that_are_not_told_apart_are_told_and_shaded():

@@ -952,3 +952,22 @@ def test_wrong_channel_tables_are_refused(tmp_path, name, row, column, cell, rea
     path = mapped(tmp_path, "a.npz", MAPPING + f'channels = "{name}"\n')
     with pytest.raises(ValueError, match=rf"{name}.*{reason}"):
         bp.io.read(path)
+
+
+@pytest.mark.parametrize(
+    ("part", "second"), [("real", "an imaginary part"), ("mag", "a phase in degrees or radians")]
+)
+def test_columns_of_one_part_alone_are_refused_by_what_is_lacking(tmp_path, part, second):
+    """A unit in the heading of the frequency is that of a file that says some of itself."""
+    path = tmp_path / "parts.csv"
+    path.write_text(f"Frequency (Hz),FRF s1 {part},FRF s2 {part}\n5,1,2\n6,3,4\n")
+    with pytest.raises(ValueError, match=f'"FRF s1 {part}", by its .* can be {second}') as error:
+        bp.io.read_measurement(path)
+    assert "NAME OF" not in str(error.value) and "Export both parts" in str(error.value)
+
+
+def test_a_column_that_is_not_there_is_asked_for_and_not_looked_up(tmp_path):
+    path = tmp_path / "parts.csv"
+    path.write_text("Frequency (Hz),FRF s1 imag\n5,1\n6,3\n")
+    with pytest.raises(ValueError, match="nothing says which array holds the FRFs"):
+        bp.io.read_measurement(path)

@@ -1,6 +1,7 @@
 """Hits of a hammer: the FRF in closed form, windows, and hits that are left out."""
 
 import functools
+import re
 
 import numpy as np
 import numpyro.distributions as dist
@@ -264,6 +265,7 @@ def test_a_force_window_takes_noise_away():
     for run in windowed:
         (sentence,) = run.warnings
         assert "What differs from repeat to repeat is alike in neighbouring lines" in sentence
+        assert re.search(r"Take frf_of\(\.\.\., every=\d+\), or the same of frf\.$", sentence)
         assert float(sentence.split(" lines count")[0].split()[-1]) == pytest.approx(67, rel=0.2)
     assert not any(run.warnings for run in plain)
 

@@ -150,7 +150,7 @@ def _misfit(step: Json, is_exact_too: bool) -> tuple[Cell, ...]:
 def _parameters(step: Json) -> Iterator[str]:
     """Say what is known of the effect that was added: each number with its deviation."""
     for estimate in step["parameters"].values():
-        is_of_added = estimate["effect"] is not None and estimate["effect"] == step["added"]
+        is_of_added = estimate["effect"] in step.get("names", filter(None, [step["added"]]))
         if is_of_added and estimate["mean"] is not None:
             scale = readable(str(estimate["unit"]), estimate["field"], abs(estimate["mean"]))
             spread = scale.factor * (estimate["standard_deviation"] or 0.0)
