@@ -1,6 +1,7 @@
 """The same hypotheses with and without model error: which of the two the data ask for."""
 
 import functools
+import itertools
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -168,14 +169,16 @@ def answered(question: Question, tick: Tick) -> Answer:
     return Answer(null, exact if _odds(exact) > _odds(erroneous) else erroneous)
 
 
-def ticks(progress: Progress, count: int, share: tuple[float, float]) -> Tick:
-    """Report one of several equal parts of a share of the work at each call."""
-    done = 0
+def ticks(progress: Progress, begin: float, *stages: tuple[int, float]) -> Tick:
+    """Report the share of the work that is done, one of many parts more at each call.
+
+    Stages follow one after the other: each has so many equal parts, and ends at a share of all.
+    """
+    counts, ends = zip(*stages, strict=True)
+    calls = itertools.count(1)
 
     def tick() -> None:
-        nonlocal done
-        done = min(done + 1, count)
-        progress(share[0] + (share[1] - share[0]) * done / max(1, count))
+        progress(float(np.interp(next(calls), np.cumsum([0, *counts]), [begin, *ends])))
 
     return tick
 

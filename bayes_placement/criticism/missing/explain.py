@@ -102,7 +102,7 @@ def explain(
     question = Question.of(experiment, data, tried, model_error, level=LEVEL)
     count = 2 * len(tried.effects) + 2
     with fits_kept_in(store), done_by(executor):
-        tick = ticks(progress, count, (0.0, 0.9))
+        tick = ticks(progress, 0.0, (count, 0.9))
         answer, earlier = answered_by_states(question, tick, baseline)
     null, comparison, _ = answer
     shown = comparison.distinct()

@@ -194,7 +194,9 @@ class _Search(NamedTuple):
         began = time.perf_counter()
         check_signal(self.experiment, measurement)
         question = self._question(measurement, BestSoFar(callback))
-        tick = ticks(progress, 2 * len(self.tried.effects) + 20, (0.02, 0.9))
+        singles = len(self.tried.effects)
+        # Where none of them explains the data, several together take most of the time.
+        tick = ticks(progress, 0.02, (singles, 0.2), (2 * singles + 20, 0.9))
         answer, earlier = answered_by_states(question, tick, baseline, between)
         null, comparison, _ = answer
         policy = Policy(level=self.level)

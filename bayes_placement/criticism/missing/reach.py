@@ -28,8 +28,8 @@ from ._hypotheses import Hypothesis, null_hypothesis
 from ._model_error_choice import ticks
 from ._posterior_odds import passes
 
-SHARE = (0.0, 0.75)
-"""Ends of the work that the laws at all ports are; the best of them and the channels follow."""
+SHARE = 0.75
+"""Share of the work that the laws at all ports are; the best of them and the channels follow."""
 
 
 @arguments_checked
@@ -134,10 +134,10 @@ def _reached(
     experiment = problem.experiment
     if experiment.observe.is_modal:
         effects = ports_of_effects(experiment)
-        return reached_modes(problem, point, effects, ticks(progress, len(effects), SHARE))
+        return reached_modes(problem, point, effects, ticks(progress, 0.0, (len(effects), SHARE)))
     ports = ports_of(experiment)
     many = ports_of_many(experiment) if tells_phase(problem) else []
-    tick = ticks(progress, len(ports) + len(many), SHARE)
+    tick = ticks(progress, 0.0, (len(ports) + len(many), SHARE))
     reached, laws = reached_ports(problem, point, ports, tick, whole)
     if many and fails(problem, min(law.fit.squares for law in laws)) is not False:
         further, named = reached_ports(problem, point, many, tick)

@@ -9,6 +9,7 @@ import pytest
 import bayes_placement as bp
 from bayes_placement import effects
 from bayes_placement._shared.errors import InfeasibleError, InputError
+from bayes_placement.criticism.missing._model_error_choice import ticks
 from bayes_placement.criticism.missing.explain import explain
 from bayes_placement.criticism.missing.improve import improve
 from tests.criticism import small
@@ -130,3 +131,11 @@ def test_an_experiment_without_noise_is_refused():
     )
     with pytest.raises(ValueError, match="noise=None, so residuals cannot be compared"):
         explain(quiet, measured(), candidates=effects.library(quiet, ["time_delay"]))
+
+
+def test_parts_of_stages_are_equal_and_none_goes_beyond_its_stage():
+    shares = []
+    tick = ticks(shares.append, 0.02, (2, 0.2), (4, 0.9))
+    for _ in range(8):
+        tick()
+    assert shares == pytest.approx([0.11, 0.2, 0.375, 0.55, 0.725, 0.9, 0.9, 0.9])
