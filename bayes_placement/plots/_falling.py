@@ -8,8 +8,7 @@ from jaxtyping import Float
 from matplotlib.axes import Axes
 
 from .._shared.files import Json
-from ._colours import AFTER, Style
-from ._figures import SEEN
+from ._colours import AFTER
 
 LEAST_MISFIT = 1e-3
 """Misfit below which a point stands at the lower end: data without noise can be fitted exactly."""
@@ -57,8 +56,7 @@ def draw_falling(
     drawn = np.maximum(misfit.values, LEAST_MISFIT)
     panel.plot(range(len(drawn)), drawn, "o-", color=AFTER, label=misfit.label)
     for number, (value, height) in enumerate(zip(misfit.values, drawn, strict=True)):
-        near: Style = {"textcoords": "offset points", "path_effects": SEEN}
-        panel.annotate(short(value), (number, height), (8, 4), **near)
+        panel.annotate(short(value), (number, height), (8, 4), textcoords="offset points")
     shown = drawn
     if np.isfinite(misfit.floor):  # too few lines have no scatter
         panel.axhline(misfit.floor, color=floor, linestyle="--", label=misfit.floor_label)
