@@ -55,9 +55,11 @@ def test_threads_that_go_on_are_named_where_they_keep_a_program(monkeypatch, cap
     monkeypatch.setattr(_program, "PATIENCE", 0.0)
     monkeypatch.setattr(os, "_exit", lambda code: None)
     going_on = threading.Event()
-    threading.Thread(target=going_on.wait, name="a\x1b[2J", daemon=daemon).start()
+    thread = threading.Thread(target=going_on.wait, name="a\x1b[2J", daemon=daemon)
+    thread.start()
     _program._end(0)
     going_on.set()
+    thread.join()  # else the next test may still see it
     assert ("a thread goes on: a\\x1b[2J." in capsys.readouterr().err) != daemon
 
 

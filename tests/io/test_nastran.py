@@ -150,13 +150,13 @@ def test_files_without_one_solution(at_once, parts, message):
 
 def other_eigenvalues(monkeypatch, change):
     """Read files with another table of eigenvalues."""
-    read = nastran._read
+    read = nastran.run_library
 
-    def changed(path, names):
-        result = read(path, names)
+    def changed(*asked, **settings):
+        result = read(*asked, **settings)
         return result._replace(arrays=change(result.arrays))
 
-    monkeypatch.setattr(nastran, "_read", changed)
+    monkeypatch.setattr(nastran, "run_library", changed)
 
 
 def test_shapes_and_masses_of_two_solutions(at_once, monkeypatch):
