@@ -13,6 +13,9 @@ from ._colours import AFTER
 LEAST_MISFIT = 1e-3
 """Misfit below which a point stands at the lower end: data without noise can be fitted exactly."""
 
+OF_SPAN = 0.12
+"""Share of the height of all points, on a scale of logarithms, that is left above them."""
+
 
 class Falling(NamedTuple):
     """Misfit of each step that no error takes up, what it is, and that of the noise alone."""
@@ -52,7 +55,7 @@ def _numbers(rows: Sequence[Json], name: str) -> Float[np.ndarray, "step"]:
 def draw_falling(
     panel: Axes, names: list[str], misfit: Falling, floor: str, *, top: float, beside: float
 ) -> None:
-    """Draw the misfit of steps above the noise, with room above (a factor) and beside them."""
+    """Draw the misfit of steps above the noise, with room beside them and, by a factor, above."""
     drawn = np.maximum(misfit.values, LEAST_MISFIT)
     panel.plot(range(len(drawn)), drawn, "o-", color=AFTER, label=misfit.label)
     for number, (value, height) in enumerate(zip(misfit.values, drawn, strict=True)):
@@ -62,7 +65,8 @@ def draw_falling(
         panel.axhline(misfit.floor, color=floor, linestyle="--", label=misfit.floor_label)
         shown = np.append(drawn, misfit.floor)
     panel.set_yscale("log")
-    panel.set_ylim(0.5 * shown.min(), top * shown.max())
+    room = max(top, float(shown.max() / shown.min()) ** OF_SPAN)  # numbers stand above their points
+    panel.set_ylim(0.5 * shown.min(), room * shown.max())
     panel.set_xlim(-beside, len(drawn) - beside)
     panel.set_xticks(range(len(names)), names)
 

@@ -9,7 +9,9 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
 
 import bayes_placement as bp
 from bayes_placement._shared.labels import AS_DRAWN
@@ -18,6 +20,7 @@ from bayes_placement.criticism.missing.ledger import Ledger
 from bayes_placement.criticism.missing.ranking import Ranking
 from bayes_placement.criticism.noise_needed import NoiseNeeded
 from bayes_placement.plots import ledger as ledger_plots
+from bayes_placement.plots._falling import Falling, draw_falling
 from bayes_placement.plots._fit_panels import OUTSIDE
 from tests.in_space import Linear
 
@@ -585,3 +588,13 @@ def assert_names_of_bars_stand_apart(figure, count):
     extents = [name.get_window_extent() for name in names]
     assert all(low.y1 < high.y0 for low, high in itertools.pairwise(extents))
     return names
+
+
+def test_numbers_of_a_misfit_that_falls_by_decades_stand_within_their_panel():
+    figure = Figure(figsize=(6, 3))
+    panel = figure.add_subplot()
+    misfit = Falling([1.8e6, 153.0], "reduced chi-square [1]")
+    draw_falling(panel, ["as given", "+ mass"], misfit, "black", top=2.0, beside=0.5)
+    FigureCanvasAgg(figure).draw()
+    first, *_ = panel.texts
+    assert first.get_window_extent().y1 < panel.get_window_extent().y1

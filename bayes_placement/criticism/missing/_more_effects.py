@@ -196,7 +196,8 @@ def _pairs(
             if may_be_added(effect, candidate.problem, branch):
                 tried.add(extension)
                 of_kind = variants.setdefault(kind, [])
-                of_kind += [] if is_given_up(effect) else [(branch, effect)]
+                if not is_given_up(effect):
+                    of_kind.append((branch, effect))
         pairs += (of_kind[:VARIANTS] for of_kind in variants.values() if of_kind)
     return pairs
 
