@@ -153,11 +153,13 @@ def update(
     engine: option.Engine = None,
     marginal: option.Marginal = None,
     seed: option.Seed = 0,
+    workers: option.Workers = None,
+    dask: option.Dask = None,
 ) -> int:
     """Infer what measured FRFs say about a model's parameters, with placement unknown."""
     from . import update
 
-    return update.run(model, data, engine, marginal, output, seed)
+    return update.run(model, data, engine, marginal, output, seed, workers, dask)
 
 
 @command(app, rich_help_panel=ASK, epilog=examples("check model.py --data measured.uff"))

@@ -13,6 +13,8 @@ from rich.console import Console
 from rich.table import Table
 
 from .._shared.errors import InfeasibleError, UsageError
+from .._shared.executors import workers
+from .._shared.parts import done_by
 from ..criticism.check.check import verdict as verdict_on
 from ..experiment.experiment import Measurements
 from ..inference import cross_check
@@ -57,6 +59,8 @@ def run(
     marginal: str | None,
     output: Output,
     seed: int,
+    processes: int | None,
+    dask: str | None,
 ) -> int:
     """Infer by a method or several, and write results, tables and figures.
 
@@ -73,17 +77,18 @@ def run(
     print_data_faults(screen, study, measurement, run.fits, stops=True)
     screen.list(possible.left_out)
     results: Results = {}
-    for number, method in enumerate(possible.methods):
-        with screen.progress([method.name]) as begin:
-            result = infer_posterior(
-                study.experiment, measurement, method, seed, begin(method.name)
-            )
-        results[method.name] = result
-        _keep(run, method.name, result, is_first=number == 0)
-        left = [other.name for other in possible.methods[number + 1 :]]
-        if left or number:  # one result alone is shown below what it says
-            _show(screen, method.name, result)
-            screen.text(f"Left to do: {', '.join(left)}." if left else "")
+    with workers(processes, dask=dask) as executor, done_by(executor):
+        for number, method in enumerate(possible.methods):
+            with screen.progress([method.name]) as begin:
+                result = infer_posterior(
+                    study.experiment, measurement, method, seed, begin(method.name)
+                )
+            results[method.name] = result
+            _keep(run, method.name, result, is_first=number == 0)
+            left = [other.name for other in possible.methods[number + 1 :]]
+            if left or number:  # one result alone is shown below what it says
+                _show(screen, method.name, result)
+                screen.text(f"Left to do: {', '.join(left)}." if left else "")
     sources = Sources(path, data, study, measurement)
     return _conclude(screen, run, results, sources, possible.left_out)
 

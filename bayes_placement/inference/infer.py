@@ -1,6 +1,7 @@
 """Posterior of everything unknown in an experiment, given a measurement."""
 
 import time
+from concurrent.futures import Executor
 
 import equinox as eqx
 import jax
@@ -13,6 +14,7 @@ from .._shared.compiled import compiled
 from .._shared.dimensions import Key
 from .._shared.errors import InputError, warn
 from .._shared.garbage import long_computation
+from .._shared.parts import done_by
 from .._shared.progress import Progress, no_progress
 from .._shared.sites import Role, substitute
 from ..experiment.experiment import Experiment, Measurements
@@ -50,6 +52,7 @@ def infer(
     engine: Engine | str = "smc",
     marginal: Marginal | str = "latent",
     key: int | Key = 0,
+    executor: Executor | None = None,
     progress: Progress = no_progress,
 ) -> xr.DataTree:
     """Posterior of everything unknown in an experiment, given a measurement.
@@ -68,6 +71,10 @@ def infer(
         default.
     key
         Seed or JAX key; the same key gives the same result, bit for bit, on one machine.
+    executor
+        Any `concurrent.futures.Executor` that does the populations of `engines.SMC`, such as
+        `design.workers()` gives, or one of a cluster; by default this process does, and its
+        helpers where that takes long. The result is the same. Other engines run in this process.
     progress
         Called with the share of the work done.
 
@@ -87,6 +94,8 @@ def infer(
     InputError
         If nothing is unknown, a line or channel was not measured, or there is no such engine or
         marginal; `InfeasibleError` if the marginal cannot integrate this experiment.
+    WorkerError
+        If the executor loses a worker again and again, or takes no more.
 
     Warns
     -----
@@ -104,7 +113,8 @@ def infer(
     _check(experiment)
     data = experiment.data(measurement)
     faults = experiment.check_data(measurement).sentences()
-    inference = _inference(experiment, data, *method, jax_key(key), progress)
+    with done_by(executor):
+        inference = _inference(experiment, data, *method, jax_key(key), progress)
     unresolved = _unresolved(inference.stats)
     sentences = [*inference.draws.warnings, *unresolved]
     for sentence in sentences:

@@ -53,6 +53,22 @@ def parts_done(executor):
     return sorted(done.values())
 
 
+def test_a_posterior_on_a_cluster_is_that_of_this_machine_bit_for_bit(cluster):
+    before = sum(parts_done(cluster))
+    declared = bp.effects.library(experiment(), ["point_mass"]).effects[0]
+    there, here = (
+        bp.infer(
+            experiment() + declared,
+            measured(MASS, seed=2),
+            engine=bp.engines.SMC(particles=200),
+            executor=executor,
+        )
+        for executor in (cluster, None)
+    )
+    assert sum(parts_done(cluster)) == before + 4
+    assert there["posterior"].to_dataset().identical(here["posterior"].to_dataset())
+
+
 def test_a_search_on_a_cluster_is_that_of_this_machine(cluster, on_cluster):
     assert sum(parts_done(cluster)) > 0
     pd.testing.assert_frame_equal(on_cluster, improved(None), rtol=1e-6)

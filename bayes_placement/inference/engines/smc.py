@@ -1,6 +1,9 @@
 """Tempered sequential Monte Carlo from the prior to the posterior, with its evidence."""
 
+import time
 from collections.abc import Callable
+from contextvars import ContextVar
+from functools import partial
 from typing import NamedTuple, TypeAlias
 
 import equinox as eqx
@@ -8,7 +11,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from arviz_stats.base import array_stats
-from blackjax.mcmc import random_walk
 from blackjax.smc import resampling
 from blackjax.smc.ess import ess_solver
 from blackjax.smc.solver import dichotomy
@@ -19,14 +21,13 @@ from ..._shared.arguments import check_count, check_fields, check_positive
 from ..._shared.compiled import compiled
 from ..._shared.dimensions import Key
 from ..._shared.errors import InputError
-from ..._shared.progress import Progress
+from ..._shared.parts import COMPILED_IN, executor_of_parts, shared
+from ..._shared.progress import Progress, no_progress
 from ..batches import affordable_batch, mapped
 from . import _trajectories as trajectories
+from . import _walks as walks
 from .engine import Engine, EngineDraws, Flat, PosteriorDensity, Scalar, log_likelihood
 
-State: TypeAlias = random_walk.RWState
-Jump = Callable[[Key, Flat], Flat]
-Density = trajectories.Density
 Particles = Float[Array, "draw unknown"]
 PerParticle = Float[Array, "draw"]
 
@@ -34,8 +35,6 @@ R_HAT_OF_POPULATIONS = 1.05
 """Greatest R-hat of independent populations that agree."""
 
 TARGET_ACCEPTANCE = 0.25
-NEIGHBOURS = 4
-"""Particles of which the nearest makes a step, so that most steps stay within a mode."""
 
 NEGLIGIBLE = 0.01
 """Evidence of a population over the greatest below which it is stuck in lesser modes."""
@@ -43,13 +42,19 @@ NEGLIGIBLE = 0.01
 MOVED_ON = 5
 """Times that a copy of another population moves, so that it is one of its own."""
 
-FAR_STEPS = 0.1
-"""Share of the steps that are the difference of any two particles, to lead from mode to mode."""
-
 SETTLING = 2
 """Further rounds of moves at the posterior. Where the prior is far wider, particles lag behind the
 temperature: without these rounds the deviations of eight coefficients of a regression came out 2 %
 too wide and a mean 0.08 deviations off, with any number of particles."""
+
+FEWEST_TEMPERATURES = 10
+"""Temperatures from a prior to a posterior that measurements narrow, at least."""
+
+WORTH_SHARING = 4 * COMPILED_IN
+"""Time [s] of all populations from which helpers are worth their start and their compiling."""
+
+_TOLD: ContextVar[Progress] = ContextVar("told", default=no_progress)
+"""What a population of this process tells its share to; those of helpers tell none."""
 
 
 class _Population(NamedTuple):
@@ -62,9 +67,29 @@ class _Population(NamedTuple):
     length: Scalar
 
 
+_Tempered: TypeAlias = tuple[_Population, int]
+"""A population at the posterior, and the number of temperatures up to there."""
+
+
 class _Stages(NamedTuple):
     resample: Callable[[Key, _Population], _Population]
     move: Callable[[Key, _Population], _Population]
+
+
+class _Told:
+    """Share of the work done: populations that ended, and a share of the one at work here."""
+
+    def __init__(self, progress: Progress, populations: int):
+        self._progress, self._populations, self._ended = progress, populations, 0
+
+    def share_of_one(self, share: float) -> None:
+        """Tell the share of a population that is at work."""
+        self._progress((self._ended + share) / self._populations)
+
+    def one_more(self, _: int) -> None:
+        """Tell that one more has ended."""
+        self._ended += 1
+        self.share_of_one(0.0)
 
 
 class SMC(Engine):
@@ -116,26 +141,68 @@ class SMC(Engine):
 
     def run(self, posterior: PosteriorDensity, key: Key, progress: Progress) -> EngineDraws:
         """Temper every population from the prior to the posterior."""
-        size = self.particles // self.populations
+        populations, steps = map(list, zip(*self._tempered(posterior, key, progress), strict=True))
+        return self._draws(*_without_stuck(self._stages(posterior), key, populations), steps)
+
+    def _tempered(
+        self, posterior: PosteriorDensity, key: Key, progress: Progress
+    ) -> list[_Tempered]:
+        """Temper populations by an executor, or here, and in helpers where that takes long."""
+        tasks = [
+            (self, posterior, number, population_key)
+            for number, population_key in enumerate(jax.random.split(key, self.populations))
+        ]
+        told = _Told(progress, self.populations)
+        token = _TOLD.set(told.share_of_one)
+        try:
+            if executor_of_parts() is not None or self._takes_long(posterior, key):
+                return shared(SMC.tempered, tasks, told.one_more)
+            tempered = []
+            for number, task in enumerate(tasks):
+                tempered.append(SMC.tempered(*task))
+                told.one_more(number)
+            return tempered
+        finally:
+            _TOLD.reset(token)
+
+    def tempered(self, posterior: PosteriorDensity, number: int, key: Key) -> _Tempered:
+        """Temper the population of a number up to the posterior."""
+        start_key, temper_key = jax.random.split(key)
+        particles = self._from_prior(posterior, start_key)
+        start = _start(particles, self._likelihoods(posterior)(particles), number)
+        return _temper(self._stages(posterior), temper_key, start, _TOLD.get())
+
+    def _takes_long(self, posterior: PosteriorDensity, key: Key) -> bool:
+        """Whether all populations take far longer than a helper takes to compile what they need."""
+        evaluate, particles = self._likelihoods(posterior), self._from_prior(posterior, key)
+        np.asarray(evaluate(particles))  # compiles
+        began = time.perf_counter()
+        np.asarray(evaluate(particles))
+        moves = FEWEST_TEMPERATURES * self.moves / self.prior_draws * self.populations
+        return moves * (time.perf_counter() - began) > WORTH_SHARING
+
+    def _from_prior(self, posterior: PosteriorDensity, key: Key) -> Particles:
+        return posterior.sample_prior(key, self._size * self.prior_draws)
+
+    def _likelihoods(self, posterior: PosteriorDensity) -> Callable[[Particles], PerParticle]:
+        return compiled(_log_likelihoods).bound(posterior, self._batch(posterior))
+
+    def _batch(self, posterior: PosteriorDensity) -> int:
+        """Particles whose likelihoods fit into memory together."""
         once = compiled(log_likelihood).bound(posterior)
-        batch = affordable_batch(once, jnp.zeros(posterior.dimension), size)
-        likelihood = compiled(_log_likelihoods).bound(posterior, batch)
-        stages = _Stages(
-            compiled(SMC.resampled).bound(self, size),
-            compiled(SMC.moved).bound(self, posterior, _moved_at_once(posterior, size, batch)),
+        return affordable_batch(once, jnp.zeros(posterior.dimension), self._size)
+
+    def _stages(self, posterior: PosteriorDensity) -> _Stages:
+        batch = _moved_at_once(posterior, self._size, self._batch(posterior))
+        return _Stages(
+            compiled(SMC.resampled).bound(self, self._size),
+            compiled(SMC.moved).bound(self, posterior, batch),
         )
-        tempered = []
-        for number, population_key in enumerate(jax.random.split(key, self.populations)):
-            start_key, temper_key = jax.random.split(population_key)
-            particles = posterior.sample_prior(start_key, size * self.prior_draws)
-            population = _start(particles, likelihood(particles), number)
 
-            def share(temperature: float, number: int = number) -> None:
-                progress((number + _log_share(temperature)) / self.populations)
-
-            tempered.append(_temper(stages, temper_key, population, share))
-        populations, steps = map(list, zip(*tempered, strict=True))
-        return self._draws(*_without_stuck(stages, key, populations), steps)
+    @property
+    def _size(self) -> int:
+        """Particles of each population."""
+        return self.particles // self.populations
 
     def resampled(self, size: int, key: Key, population: _Population) -> _Population:
         """Raise the temperature as far as the target ESS allows, and resample to this size."""
@@ -175,14 +242,8 @@ class SMC(Engine):
             value = posterior.log_prior(flat) + likelihood
             return jnp.where(jnp.isnan(value), -jnp.inf, value)
 
-        def jump(key: Key, position: Flat) -> Flat:
-            return _difference(key, particles, pairs)
-
-        def walk(key: Key, position: Flat) -> tuple[Flat, Scalar]:
-            walk_key, image_key = jax.random.split(key)
-            state, rate = _walk(density, jump, walk_key, position, self.moves)
-            return _jump_to_image(posterior, density, image_key, state), rate
-
+        jump = partial(walks.difference, particles, pairs)
+        walk = partial(walks.walked, posterior, density, jump, self.moves)
         keys = jax.random.split(key, particles.shape[0])
         moved, rates = mapped(lambda pair: walk(*pair), (keys, particles), batch)
         length = population.length
@@ -243,9 +304,7 @@ def _start(particles: Particles, likelihood: PerParticle, number: int) -> _Popul
     return _Population(particles, likelihood, zero, zero, lineage, jnp.ones(()), length)
 
 
-def _temper(
-    stages: _Stages, key: Key, population: _Population, progress: Progress
-) -> tuple[_Population, int]:
+def _temper(stages: _Stages, key: Key, population: _Population, progress: Progress) -> _Tempered:
     """Temper a population up to the posterior; with it the number of temperatures."""
     steps = 0
     while float(population.temperature) < 1:
@@ -253,7 +312,7 @@ def _temper(
         before = float(population.temperature)
         population = stages.move(move_key, stages.resample(resample_key, population))
         steps += 1
-        progress(float(population.temperature))
+        progress(_log_share(float(population.temperature)))
         if float(population.temperature) <= before:
             raise InputError(
                 f"The tempering is stuck at temperature {before:.2e}: a single particle fits far "
@@ -287,53 +346,6 @@ def _without_stuck(
 def _log_share(temperature: float) -> float:
     """Share of the work done: temperatures grow by factors, from about 1e-4 to 1."""
     return min(1.0, max(0.0, 1 + np.log10(max(temperature, 1e-4)) / 4))
-
-
-def _walk(
-    density: Density, jump: Jump, key: Key, position: Flat, moves: int
-) -> tuple[State, Scalar]:
-    """Random walk of one particle: its last state, and the share of steps accepted."""
-    kernel = random_walk.build_additive_step()
-
-    def step(state: State, key: Key) -> tuple[State, Scalar]:
-        state, info = kernel(key, state, density, jump)
-        return state, info.acceptance_rate
-
-    start = random_walk.init(position, density)
-    end, rates = jax.lax.scan(step, start, jax.random.split(key, moves))
-    return end, jnp.mean(rates)
-
-
-def _jump_to_image(posterior: PosteriorDensity, density: Density, key: Key, state: State) -> Flat:
-    """Try one symmetric image, chosen at random; each keeps the volume of the named values."""
-    images = posterior.symmetric_images(state.position)
-    if not images:
-        return state.position
-    choice_key, accept_key = jax.random.split(key)
-    # One choice more than there are images: an exact symmetry would swap all particles in step.
-    choice = jax.random.randint(choice_key, (), 0, len(images) + 1)
-    image = jnp.stack([*images, state.position])[choice]
-    inside = jnp.all(jnp.isfinite(image))
-    image = jnp.where(inside, image, state.position)
-    volume = posterior.log_jacobian(state.position) - posterior.log_jacobian(image)
-    gain = density(image) - state.logdensity + volume
-    accepted = inside & (jnp.log(jax.random.uniform(accept_key)) < gain)
-    return jnp.where(accepted, image, state.position)
-
-
-def _difference(key: Key, particles: Particles, pairs: Scalar) -> Flat:
-    """Step of a random walk: mostly the difference of two particles of one mode."""
-    pair_key, far_key, sign_key, noise_key = jax.random.split(key, 4)
-    first, *neighbours = jax.random.randint(pair_key, (1 + NEIGHBOURS,), 0, particles.shape[0])
-    differences = particles[first] - particles[jnp.stack(neighbours)]
-    # Drawn without regard to where the walker is, and with a random sign, a step is as likely as
-    # its reverse, whichever pair is taken.
-    nearest = differences[jnp.argmin(jnp.sum(differences**2, axis=1))]
-    far = jax.random.bernoulli(far_key, FAR_STEPS)
-    step = jnp.where(far, differences[0], pairs * nearest) * jax.random.rademacher(sign_key, ())
-    # A little noise makes every point reachable; a thousandth of the spread changes no posterior.
-    noise = 1e-3 * jnp.std(particles, axis=0) * jax.random.normal(noise_key, particles.shape[1:])
-    return step + noise
 
 
 def evidence_error(evidences: np.ndarray, lineage: np.ndarray, steps: list[int]) -> float:

@@ -1,5 +1,7 @@
 """Tempered Monte Carlo over many unknowns, and where some of its populations are stuck."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -10,7 +12,10 @@ from arviz_stats.base import array_stats
 from scipy.special import gammaln, logsumexp
 
 from bayes_placement import engines
+from bayes_placement._shared import processes
+from bayes_placement._shared.parts import done_by
 from bayes_placement._shared.progress import no_progress
+from bayes_placement.inference.engines import smc
 from bayes_placement.inference.unconstrained import UnconstrainedModel
 
 MANY = 30
@@ -75,3 +80,44 @@ def test_populations_that_end_in_lesser_modes_count_for_nothing():
     (sentence,) = draws.warnings
     assert "2 of 4 independent SMC populations ended in modes of less than a hundredth" in sentence
     assert abs(draws.log_evidence - (10.0 - np.log(8.0))) < 5 * draws.log_evidence_error
+
+
+SMALL = engines.SMC(particles=160, prior_draws=2)
+
+
+def tempered(progress=no_progress):
+    target = UnconstrainedModel(lesser_mode, {"x": dist.Uniform(-3.0, 5.0)})
+    return SMALL.run(target, jax.random.PRNGKey(1), progress)
+
+
+def test_an_executor_does_every_population_and_changes_nothing():
+    with ThreadPoolExecutor(1) as pool:
+        given = []
+        submit = pool.submit
+        pool.submit = lambda *task: given.append(task) or submit(*task)
+        with done_by(pool):
+            draws = tempered()
+    assert len(given) == SMALL.populations
+    here = tempered()
+    np.testing.assert_array_equal(draws.position, here.position)
+    assert draws.log_evidence == here.log_evidence
+
+
+def test_populations_that_take_long_are_shared_with_helpers(monkeypatch):
+    monkeypatch.setattr(smc, "WORTH_SHARING", 0.0)
+    counts = []
+    monkeypatch.setattr(processes, "started_helpers", lambda: counts.append(None) or (None, 0))
+    tempered()
+    assert counts
+    counts.clear()
+    monkeypatch.undo()
+    tempered()
+    assert not counts
+
+
+def test_the_share_that_is_done_grows_within_a_population():
+    shares = []
+    tempered(shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    assert sum(0 < share < 0.25 for share in shares) > 1
