@@ -14,9 +14,14 @@ from ...inference.units import percent
 EDGE = 0.025
 """Share of the prior that counts as its edge, on either side."""
 
-PILED = 10.0
-"""Ratio of posterior to prior probability at an edge from which the posterior counts as piled up.
+BOUND = EDGE / 10
+"""Share of the prior that counts as its bound: what a prior cuts off leans against it."""
 
+PILED = 10.0
+"""Ratio of posterior to prior probability from which the posterior counts as piled up.
+
+It is asked of the edge and of the bound. A narrow posterior within the edge that keeps clear of the
+bound has its value there: of a prior log-uniform over decades the edge is a third of the value.
 With a correct model the two are equal on average, so by Markov's inequality at most one edge in ten
 is reported by chance.
 """
@@ -36,9 +41,9 @@ def edges(posterior: xr.DataTree) -> xr.Dataset:
     prior_draws = dict(_scalar_draws(posterior["prior"].to_dataset()))
     posterior_draws = dict(_scalar_draws(posterior["posterior"].to_dataset()))
     rows = [_row(prior_draws[name], draws) for name, draws in posterior_draws.items()]
-    columns = np.array(rows, dtype=float).reshape(len(rows), 3, len(_SIDES))
-    share, prior_share, at = columns.swapaxes(0, 1)
-    piled = (share >= PILED * prior_share) & (prior_share > 0)
+    columns = np.array(rows, dtype=float).reshape(len(rows), 4, len(_SIDES))
+    share, prior_share, at, ratio = columns.swapaxes(0, 1)
+    piled = ratio >= PILED
     arrays = {"share": share, "prior_share": prior_share, "at": at, "piled_up": piled}
     variables = {name: (("unknown", "side"), array) for name, array in arrays.items()}
     return xr.Dataset(variables, coords={"unknown": list(posterior_draws), "side": list(_SIDES)})
@@ -87,10 +92,15 @@ def _is_standard_error(values: xr.DataArray) -> bool:
     return role == Role.MODEL_ERROR.value and field == "standard"
 
 
-def _row(prior: np.ndarray, posterior: np.ndarray) -> list[list[float]]:
-    low, high = np.quantile(prior, [EDGE, 1 - EDGE])
-    shares = [[np.mean(x <= low), np.mean(x >= high)] for x in (posterior, prior)]
-    return [*shares, [low, high]]
+def _row(prior: np.ndarray, posterior: np.ndarray) -> list[np.ndarray]:
+    at, at_bound = (np.quantile(prior, [size, 1 - size]) for size in (EDGE, BOUND))
+    ratios = [_shares(posterior, ends) / _shares(prior, ends) for ends in (at, at_bound)]
+    return [_shares(posterior, at), _shares(prior, at), at, np.min(ratios, axis=0)]
+
+
+def _shares(draws: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Share of draws below the lower end and above the upper one, ends included."""
+    return np.array([np.mean(draws <= ends[0]), np.mean(draws >= ends[1])])
 
 
 COUNTED = {

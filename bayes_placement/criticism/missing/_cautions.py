@@ -1,6 +1,7 @@
 """What to doubt in a fit: priors piled up at an edge, sizes at a bound, one start, outliers."""
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtri
@@ -14,7 +15,7 @@ from ...inference.engines.levenberg_marquardt import APART
 from ...inference.estimates import scalars
 from ...inference.results import outputs
 from ...inference.units import percent
-from ..check._edges import EDGE, sentences
+from ..check._edges import BOUND, EDGE, sentences
 from ._estimates import drawn_places, laplace
 from ._hypotheses import Hypothesis
 from ._outliers import p_value
@@ -26,10 +27,9 @@ MOST_NAMED = 3
 
 def cautions(hypothesis: Hypothesis, sampled: SampledPosterior | None) -> tuple[str, ...]:
     """Return one sentence for each doubt, as `check` and `engines.MAP` have them."""
-    draws = None if sampled is None else sampled.points
-    least = AS_STATED.piled_up * EDGE
-    piled_up = [edge for edge in shares_at_edges(hypothesis, draws) if edge[-1] >= least]
-    edges = sentences((*edge, EDGE) for edge in piled_up)
+    at_edges = shares_at_edges(hypothesis, None if sampled is None else sampled.points)
+    piled_up = [edge for edge in at_edges if edge.ratio >= AS_STATED.piled_up]
+    edges = sentences((edge.name, edge.side, edge.share, EDGE) for edge in piled_up)
     return *edges, *cautions_of_fit(hypothesis)
 
 
@@ -45,15 +45,24 @@ def cautions_of_fit(hypothesis: Hypothesis) -> tuple[str, ...]:
     )
 
 
-def shares_at_edges(
-    hypothesis: Hypothesis, points: np.ndarray | None
-) -> Iterator[tuple[str, str, float]]:
-    """Each unknown, a side of its prior, and the share of the posterior at that edge.
+class AtEdge(NamedTuple):
+    """An unknown, a side of its prior, and the share of the posterior at that edge.
+
+    The ratio of posterior to prior is the lesser of that at the edge and that at the bound.
+    """
+
+    name: str
+    side: str
+    share: float
+    ratio: float
+
+
+def shares_at_edges(hypothesis: Hypothesis, points: np.ndarray | None) -> Iterator[AtEdge]:
+    """Posterior of each unknown at either edge of its prior.
 
     Without draws [draw, unknown] it is that of Laplace's Gaussian.
     """
     draws = laplace(hypothesis) if points is None else points
-    limit = -float(ndtri(EDGE))
     problem = hypothesis.problem
     for unknown in problem.at_fixed_sizes.unknowns:
         if unknown.role is Role.MODEL_ERROR:
@@ -61,8 +70,10 @@ def shares_at_edges(
         coordinates = draws[None, :, problem.coordinates.places[unknown.name]]
         shape = (1, len(draws), *unknown.distribution.shape())
         for name, drawn in scalars(unknown.name, coordinates.reshape(shape)):
-            yield name, "lower", float(np.mean(drawn < -limit))
-            yield name, "upper", float(np.mean(drawn > limit))
+            for side, outwards in (("lower", -drawn), ("upper", drawn)):
+                at_edge, at_bound = (np.mean(outwards > -ndtri(size)) for size in (EDGE, BOUND))
+                ratio = min(at_edge / EDGE, at_bound / BOUND)
+                yield AtEdge(name, side, float(at_edge), float(ratio))
 
 
 def _sizes_at_bounds(hypothesis: Hypothesis) -> Iterator[str]:

@@ -314,7 +314,15 @@ def piled(at):
     return random.beta(*at, size=(1, 500))
 
 
-@pytest.mark.parametrize(("at", "side"), [((1, 40), "lower"), ((40, 1), "upper"), ((5, 5), None)])
+@pytest.mark.parametrize(
+    ("at", "side"),
+    [
+        ((1, 40), "lower"),
+        ((40, 1), "upper"),
+        ((5, 5), None),
+        ((4925, 75), None),  # 0.985: within the edge, and clear of the bound
+    ],
+)
 def test_what_is_piled_up_at_the_edge_of_its_prior_is_named(correct_model, at, side):
     tree = correct_model(10)
     tree["posterior"] = xr.DataTree(

@@ -25,15 +25,24 @@ def fitted():
     return null_hypothesis(known, known.data(measured()))
 
 
+def drawn_about(middle, deviation):
+    """A posterior of one unknown, in coordinates in which its prior is a standard normal one."""
+    draws = np.random.default_rng(0).normal(middle, deviation, (500, 1))
+    return SampledPosterior(draws, 0.0, 0.0)
+
+
 def test_a_good_prior_and_a_fit_that_several_starts_reach_leave_no_doubt(fitted):
     assert cautions(fitted, None) == ()
 
 
 def test_a_prior_that_excludes_the_truth_is_named_with_its_edge(fitted):
-    draws = np.random.default_rng(0).normal(2.5, 0.2, (500, 1))  # in coordinates of the prior
-    sampled = SampledPosterior(draws, 0.0, 0.0)
-    (sentence,) = cautions(fitted, sampled)
+    (sentence,) = cautions(fitted, drawn_about(2.9, 0.4))
     assert sentence.startswith(f"{RATIO} is piled up at the upper edge of its prior")
+
+
+def test_a_value_within_the_edge_of_a_prior_that_keeps_clear_of_its_bound_is_no_doubt(fitted):
+    # Of a prior log-uniform from 0.01 % to 15 %, the outermost 2.5 % are all above 10.4 %.
+    assert cautions(fitted, drawn_about(2.3, 0.05)) == ()
 
 
 def test_many_edges_are_one_sentence():
