@@ -12,7 +12,7 @@ from ..positions.bounds import Bounds, in_space
 from ..positions.channel import Channel
 from ..positions.places import Cartesian, OnMember, Place
 from ..positions.tolerances import Tolerance
-from ..positions.vectors import Vector
+from ..positions.vectors import Vector, triple, unit_vector
 from .instruments import Number
 
 
@@ -73,7 +73,7 @@ def check_direction(effect: str, direction: Sequence[object] | None, axes: Seque
     """
     if direction is None:
         return
-    along = _unit(axes[0])
+    along = triple(unit_vector(axes[0]))
     values = [0.0 if is_open(component) else component for component in direction]
     if len(values) != 3 or not all(_is_finite(value) for value in values):
         raise InputError(
@@ -102,11 +102,6 @@ def check_direction(effect: str, direction: Sequence[object] | None, axes: Seque
 def _is_finite(value: object) -> bool:
     number = np.asarray(value)
     return number.dtype.kind in "iuf" and number.ndim == 0 and bool(np.isfinite(number))
-
-
-def _unit(axis: int) -> str:
-    """Write the unit vector along an axis."""
-    return str(tuple(float(number == axis) for number in (1, 2, 3)))
 
 
 def _text(direction: Sequence[object]) -> str:

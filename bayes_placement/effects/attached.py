@@ -9,28 +9,13 @@ from jaxtyping import Array, Complex
 from .._shared.arguments import shown
 from .._shared.errors import InputError
 from .._shared.sites import LAW_UNITS, OF_MODULUS, OF_ROTATION, unit
+from ..laws import Law
 from ..modes.changed import required_waveguide
-from ..modes.ports import MOTIONS, cut, rotation
-from .effect import Effect, StructureEffect
-from .prelude import (
-    AtPlace,
-    Footprint,
-    Law,
-    Modes,
-    Modulus,
-    NetworkAttachment,
-    Omega,
-    OnPorts,
-    Parameter,
-    Points,
-    PortLaw,
-    Scales,
-    Stiffness,
-    check_rotation,
-    coordinates,
-    field,
-    placed,
-)
+from ..modes.points import Points
+from ..modes.ports import MOTIONS, PortLaw, cut, rotation
+from ..positions.places import coordinates
+from .effect import AtPlace, Effect, Modulus, NetworkAttachment, OnPorts, StructureEffect, placed
+from .prelude import Footprint, Modes, Omega, Parameter, Scales, Stiffness, check_rotation, field
 
 
 class GivenLaw(StructureEffect):
@@ -198,11 +183,6 @@ class ModulusLaw(GivenLaw, Modulus):
     law: Law = field(metadata={LAW_UNITS: lambda effect: OF_MODULUS})
     strength: Parameter = field(metadata=unit("1"), default=1.0)
     name: str = field(static=True, default="modulus", kw_only=True)
-
-    @property
-    def kind(self) -> str:
-        """Name of its kind, which is that of the network."""
-        return f"modulus: {self.law.in_words()}"
 
     def relative_modulus(self, omega: Omega) -> Complex[Array, "frequency"]:
         """What the law adds [1]."""

@@ -12,18 +12,9 @@ from jaxtyping import Array, Inexact
 
 from .._shared.dimensions import Parameter
 from .._shared.errors import InputError
+from .._shared.ranges import NOT_NEGATIVE, POSITIVE
 from .instruments import Instruments, Number
-from .prelude import (
-    NOT_NEGATIVE,
-    POSITIVE,
-    Factor,
-    LogUniform,
-    Omega,
-    OnTransducer,
-    Scales,
-    field,
-    unit,
-)
+from .prelude import Factor, LogUniform, Omega, OnTransducer, Scales, field, unit
 
 Kind = TypeVar("Kind", bound="Butterworth")
 Lines = TypeVar("Lines", Array, np.ndarray)

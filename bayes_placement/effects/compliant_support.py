@@ -1,20 +1,11 @@
 """A support of a uniform bar or beam that is softer than assumed."""
 
+from .._shared.errors import InputError
 from .._shared.sites import unit
 from ..modes.beams.waveguide import Waveguide
 from ..modes.changed import original_waveguide, required_waveguide
 from ..modes.hinges import Hinge
-from .prelude import (
-    Hinged,
-    InputError,
-    Instruments,
-    Location,
-    LogUniform,
-    Modes,
-    Parameter,
-    Scales,
-    field,
-)
+from .prelude import Hinged, Instruments, Location, LogUniform, Modes, Parameter, Scales, field
 
 _HELD = {"fixed": ("rotation", "translation"), "pinned": ("translation",), "guided": ("rotation",)}
 

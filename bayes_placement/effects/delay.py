@@ -3,20 +3,9 @@
 import jax.numpy as jnp
 from numpyro.distributions import Distribution
 
-from .prelude import (
-    DELAY,
-    Factor,
-    InstrumentEffect,
-    Instruments,
-    Number,
-    Omega,
-    OnTransducer,
-    Parameter,
-    Scales,
-    field,
-    log_uniform_of_either_sign,
-    unit,
-)
+from .._shared.ranges import DELAY, log_uniform_of_either_sign
+from .instruments import Instruments, Number
+from .prelude import Factor, InstrumentEffect, Omega, OnTransducer, Parameter, Scales, field, unit
 
 
 class TimeDelay(InstrumentEffect):

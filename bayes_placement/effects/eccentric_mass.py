@@ -61,11 +61,8 @@ class EccentricMass(AtPlace, OnPorts):
     @classmethod
     def suggest(cls, scales: Scales) -> list["EccentricMass"]:
         """0.001 % to 100 % of the mass of a uniform beam, within a tenth of its length."""
-        sizes = bending_scale(scales)
-        if sizes is None:
-            return []
-        length = sizes[0]
+        length, _, places = bending_scale(scales)
         mass = LogUniform(scales.least_mass, scales.mass)
         radius = LogUniform(1e-3 * length, 0.3 * length)
         offset = Uniform(-0.1 * length, 0.1 * length)
-        return [cls(place, mass, radius, offset) for place in scales.places()]
+        return [cls(place, mass, radius, offset) for place in places]

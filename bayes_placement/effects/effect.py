@@ -22,7 +22,7 @@ from ..modes.ports import PortLaw, is_beam, rotation
 from ..positions import at as _at
 from ..positions.channel import printable_name
 from ..positions.places import Place as InSpace
-from ..positions.places import Value, coordinates
+from ..positions.places import Position, Value, coordinates
 from ..positions.tolerances import Tolerance
 from ..positions.vectors import Recorded
 from . import _setting_words
@@ -389,7 +389,9 @@ def check_rotation(footprint: Footprint, direction: Direction, modes: Modes) -> 
     rotation(jnp.asarray(modes.bounds()[0], float), footprint, direction, modes)
 
 
-def bending_scale(scales: Scales) -> tuple[float, float] | None:
-    """Length [m] and bending stiffness [N m2] of a uniform beam; None of other structures."""
+def bending_scale(scales: Scales) -> tuple[float, float, list[Position]]:
+    """Length [m], bending stiffness [N m2] and places of a uniform beam; 1 and none of others."""
     beam = scales.nominal_modes
-    return (float(beam.length), float(beam.stiffness)) if is_beam(beam) else None
+    if not is_beam(beam):
+        return 1.0, 1.0, []
+    return float(beam.length), float(beam.stiffness), scales.places()

@@ -1,7 +1,7 @@
 """A bed of springs under a part of the structure."""
 
-from .over import Extent, OverExtent
-from .prelude import NOT_NEGATIVE, Parameter, Scales, Spring, field, unit
+from .over import OverExtent
+from .prelude import Parameter, Scales, Spring, field, unit
 
 
 class Foundation(OverExtent):
@@ -27,7 +27,6 @@ class Foundation(OverExtent):
     """
 
     absent = ("stiffness", 0.0)
-    extent: Extent = field(metadata=unit("m", within=NOT_NEGATIVE))
     stiffness: Parameter = field(metadata=unit("N/m"))
     name: str = field(static=True, default="foundation", kw_only=True)
 

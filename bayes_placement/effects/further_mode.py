@@ -9,16 +9,8 @@ from numpyro.distributions import Normal
 
 from .._shared.dimensions import Parameter
 from .._shared.ranges import POSITIVE, SHARE_OF_CRITICAL
-from .prelude import (
-    OF_CHANNELS,
-    InstrumentEffect,
-    Instruments,
-    LogUniform,
-    Omega,
-    Scales,
-    field,
-    unit,
-)
+from .._shared.sites import unit
+from .prelude import OF_CHANNELS, InstrumentEffect, Instruments, LogUniform, Omega, Scales, field
 from .residual_modes import check_one_each
 
 

@@ -7,7 +7,7 @@ from numpyro.distributions import TransformedDistribution
 from numpyro.distributions.transforms import AffineTransform, ExpTransform
 
 from .instruments import Instruments, Number
-from .on_transducer import OnTransducer, channels, sides_that_differ
+from .on_transducer import OnTransducer, on_each_channel
 from .prelude import Factor, Omega, Parameter, Scales, field, log_uniform_of_either_sign, unit
 
 GREATEST = 2000.0
@@ -62,11 +62,7 @@ class GainError(OnTransducer):
         relative_error = TransformedDistribution(
             logarithm, [ExpTransform(), AffineTransform(-1.0, 1.0)]
         )
-        return [
-            cls(name, relative_error, side=side, direction=direction)
-            for side in sides_that_differ(scales.instruments)
-            for name, direction in channels(scales.instruments, side)
-        ]
+        return on_each_channel(cls, scales, relative_error)
 
 
 KNOWN = {

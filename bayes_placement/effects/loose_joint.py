@@ -73,8 +73,5 @@ class LooseJoint(OnPart):
     @classmethod
     def suggest(cls, scales: Scales) -> list["LooseJoint"]:
         """Each joint, from a millionth of the compliance of the structure to ten times as much."""
-        modes = scales.modes
-        if not isinstance(modes, NodalModes):
-            return []
-        priors = compliances(modes)[len(modes.static_shapes.supports) :]
+        _, priors = compliances(scales.modes)
         return [cls(np.asarray(number), prior) for number, prior in enumerate(priors)]

@@ -3,17 +3,8 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .._shared.ranges import CHANGE
-from .prelude import (
-    LogUniform,
-    Modulus,
-    Omega,
-    Parameter,
-    Scales,
-    field,
-    negative_log_uniform,
-    unit,
-)
+from .._shared.ranges import CHANGE, negative_log_uniform
+from .prelude import LogUniform, Modulus, Omega, Parameter, Scales, field, unit
 
 
 class ModulusChange(Modulus):

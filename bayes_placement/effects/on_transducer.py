@@ -1,7 +1,7 @@
 """What effects on one sensor or actuator, or on one of its channels, have in common."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 import equinox as eqx
@@ -15,8 +15,10 @@ from . import _setting_words
 from .effect import Location
 from .instrument_effect import Alone, InstrumentEffect
 from .instruments import Instruments, Number
+from .scales import Scales
 
 Kind = TypeVar("Kind", bound="OfSide")
+OfChannel = TypeVar("OfChannel", bound="OnTransducer")
 
 
 class OnTransducer(InstrumentEffect):
@@ -154,10 +156,17 @@ def channels(instruments: Instruments, side: str) -> Sequence[tuple[str, int | N
     ]
 
 
-def sides_that_differ(instruments: Instruments) -> Sequence[str]:
-    """Sides of which a change of a channel is not that of all FRFs, but sensors in any case.
+def on_each_channel(
+    kind: Callable[..., OfChannel], scales: Scales, *numbers: object
+) -> list[OfChannel]:
+    """Effects of one kind on each channel, with the same priors of their numbers.
 
-    With one channel on either side, a factor on either is the same.
+    With one channel on either side a factor on either is the same, and that of the sensor is taken.
     """
-    single = all(len(instruments.channels(side)) == 1 for side in ("sensor", "actuator"))
-    return ("sensor",) if single else ("sensor", "actuator")
+    instruments, sides = scales.instruments, ("sensor", "actuator")
+    single = all(len(instruments.channels(side)) == 1 for side in sides)
+    return [
+        kind(name, *numbers, side=side, direction=direction)
+        for side in (sides[:1] if single else sides)
+        for name, direction in channels(instruments, side)
+    ]

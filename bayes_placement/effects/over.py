@@ -3,8 +3,6 @@
 import dataclasses
 from typing import ClassVar, TypeAlias, TypeVar
 
-import equinox as eqx
-
 from .._shared.errors import InputError
 from ..modes.ports import FEWER, over
 from ..positions.bounds import in_space
@@ -25,7 +23,7 @@ class OverExtent(NetworkAttachment):
 
     tried_last: ClassVar[bool] = True
     takes_long: ClassVar[bool] = True
-    extent: eqx.AbstractVar[Extent]
+    extent: Extent = field(metadata=unit("m", within=NOT_NEGATIVE))
     is_rough: bool = field(static=True, default=False, kw_only=True, repr=False)
 
     acts_on = "region"
@@ -87,7 +85,6 @@ class Over(GivenLaw, OverExtent):
     'structure.effects.over.law.parts.2.viscosity'
     """
 
-    extent: Extent = field(metadata=unit("m", within=NOT_NEGATIVE))
     law: Law
     strength: Parameter = field(metadata=unit("1"), default=1.0)
     name: str = field(static=True, default="over", kw_only=True)

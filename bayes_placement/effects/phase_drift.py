@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 
 from .._shared.ranges import ANGLE, POSITIVE, log_uniform_of_either_sign
-from .on_transducer import OnTransducer, channels, sides_that_differ
+from .on_transducer import OnTransducer, on_each_channel
 from .prelude import Factor, Instruments, Number, Omega, Parameter, Scales, Uniform, field, unit
 
 
@@ -58,8 +58,4 @@ class PhaseDrift(OnTransducer):
         Log-uniform from 1e-4 rad on.
         """
         phase, exponent = log_uniform_of_either_sign(1e-4, -0.5, 0.5), Uniform(-1.0, 1.0)
-        return [
-            cls(name, phase, scales.middle, exponent, side=side, direction=direction)
-            for side in sides_that_differ(scales.instruments)
-            for name, direction in channels(scales.instruments, side)
-        ]
+        return on_each_channel(cls, scales, phase, scales.middle, exponent)

@@ -1,6 +1,6 @@
 """A sensor, an actuator or a single channel whose axis points the other way."""
 
-from .on_transducer import OnTransducer, channels, sides_that_differ
+from .on_transducer import OnTransducer, on_each_channel
 from .prelude import Factor, Instruments, Number, OfSide, Omega, Parameter, Scales, field, unit
 
 
@@ -68,9 +68,5 @@ class ReversedChannel(OnTransducer):
     @classmethod
     def suggest(cls, scales: Scales) -> list["ReversedChannel"]:
         """Each channel of an actuator, and of a sensor with several: `reversed_sensor` has all."""
-        return [
-            cls(name, side=side, direction=direction)
-            for side in sides_that_differ(scales.instruments)
-            for name, direction in channels(scales.instruments, side)
-            if side == "actuator" or direction is not None
-        ]
+        each = on_each_channel(cls, scales)
+        return [one for one in each if one.side == "actuator" or one.direction is not None]

@@ -38,8 +38,6 @@ class RotaryInertia(OnRotation):
     @classmethod
     def suggest(cls, scales: Scales) -> list["RotaryInertia"]:
         """1e-7 to 0.1 times the mass of a uniform beam and its length squared, anywhere on it."""
-        sizes = bending_scale(scales)
-        if sizes is None:
-            return []
-        whole = scales.mass * sizes[0] ** 2
-        return [cls(place, LogUniform(1e-7 * whole, 0.1 * whole)) for place in scales.places()]
+        length, _, places = bending_scale(scales)
+        whole = scales.mass * length**2
+        return [cls(place, LogUniform(1e-7 * whole, 0.1 * whole)) for place in places]

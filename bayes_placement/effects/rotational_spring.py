@@ -37,8 +37,6 @@ class RotationalSpring(OnRotation):
     @classmethod
     def suggest(cls, scales: Scales) -> list["RotationalSpring"]:
         """1e-4 to 1e4 times the bending stiffness over the length of a uniform beam, anywhere."""
-        sizes = bending_scale(scales)
-        if sizes is None:
-            return []
-        middle = sizes[1] / sizes[0]
-        return [cls(place, LogUniform(1e-4 * middle, 1e4 * middle)) for place in scales.places()]
+        length, stiffness, places = bending_scale(scales)
+        middle = stiffness / length
+        return [cls(place, LogUniform(1e-4 * middle, 1e4 * middle)) for place in places]

@@ -20,9 +20,10 @@ from .._shared.sites import Unknown
 from ..modes.finite_elements.nodal_modes import nodal_of
 from ..modes.modes import Modes, moved_mass
 from ..positions.places import Position
+from ..positions.vectors import CartesianComponents, triple, unit_vector
 from .instruments import Instruments, TransducerProtocol
 
-Axis: TypeAlias = tuple[float, float, float] | None
+Axis: TypeAlias = CartesianComponents | None
 """A direction in space; None for the only one in which the structure moves."""
 
 LEAST_MASS = 1e-5
@@ -34,25 +35,12 @@ _PLACES = 33  # at which mode shapes of a line are read for its mass
 
 
 @runtime_checkable
-class HasModes(Protocol):
-    """A structure with modes."""
-
-    @property
-    def modes(self) -> Modes:
-        """Natural frequencies and mode shapes."""
-
-    @property
-    def effects(self) -> Mapping[str, Any]:
-        """Effects that the structure has, by name."""
-
-
-@runtime_checkable
 class Setup(Protocol):
     """What of an experiment its scales are taken from."""
 
     @property
-    def structure(self) -> HasModes:
-        """The structure."""
+    def structure(self) -> Any:
+        """The structure, with its modes and its effects by name."""
 
     @property
     def sensor(self) -> Mapping[str, TransducerProtocol]:
@@ -176,7 +164,7 @@ class Scales:
     def places_and_directions(self) -> list[tuple[Position, Axis]]:
         """Every piece of the structure, with each axis along which it moves."""
         axes = self.modes.axes
-        directions = [None] if len(axes) == 1 else [_unit(axis) for axis in axes]
+        directions = [None] if len(axes) == 1 else [triple(unit_vector(axis)) for axis in axes]
         return list(itertools.product(self.places(), directions))
 
     def extents(self, *, lines_alone: bool = False) -> list[tuple[Position, Any]]:
@@ -252,8 +240,3 @@ def _squared_shapes(
 
 def _receptance(nominal: Any) -> Receptance:
     return nominal.receptance()
-
-
-def _unit(axis: int) -> Axis:
-    x, y, z = (float(axis == number) for number in (1, 2, 3))
-    return x, y, z

@@ -1,7 +1,6 @@
 """A mass spread over a part of the structure."""
 
-from .._shared.ranges import NOT_NEGATIVE
-from .over import Extent, OverExtent
+from .over import OverExtent
 from .prelude import LogUniform, Mass, Parameter, Scales, field, unit
 
 
@@ -25,7 +24,6 @@ class SegmentMass(OverExtent):
     """
 
     absent = ("mass", 0.0)
-    extent: Extent = field(metadata=unit("m", within=NOT_NEGATIVE))
     mass: Parameter = field(metadata=unit("kg"))
     name: str = field(static=True, default="segment_mass", kw_only=True)
 

@@ -79,17 +79,17 @@ class SoftSupport(OnPart):
         only clamp, its inertia at the first natural frequency is taken.
         """
         modes = scales.modes
-        if not isinstance(modes, NodalModes):
-            return []
-        priors = compliances(modes)[: len(modes.static_shapes.supports)]
+        priors, _ = compliances(modes)
         return [cls(np.asarray(number), prior).on(modes) for number, prior in enumerate(priors)]
 
 
-def compliances(modes: NodalModes) -> list[LogUniform]:
-    """Priors of the compliances of all supports, then of all joints."""
-    if not modes.static_shapes.compliant_parts:
-        return []
+def compliances(modes: Modes) -> tuple[list[LogUniform], list[LogUniform]]:
+    """Priors of the compliances of all supports, and of all joints; none of other models."""
+    if not isinstance(modes, NodalModes) or not modes.static_shapes.compliant_parts:
+        return [], []
     # As the static shapes, of the matrices as given: moduli may be unknown.
     natural = float(np.sqrt(np.asarray(modes.eigenvalues)[modes.rigid_body_modes]))
     stiffness = modes.static_shapes.least_stiffness(natural)
-    return [LogUniform(STIFFEST / of_part, SOFTEST / of_part) for of_part in stiffness]
+    priors = [LogUniform(STIFFEST / of_part, SOFTEST / of_part) for of_part in stiffness]
+    count = len(modes.static_shapes.supports)
+    return priors[:count], priors[count:]

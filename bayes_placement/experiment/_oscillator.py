@@ -77,16 +77,17 @@ class Oscillator(NamedTuple):
             modes = mode_error.uneven(modes)
         free = cls(structure, instruments, effects, errors, modes, mode_error)
         laws = free._laws(jnp.ones(1))
-        return (
-            free._replace(ports=Ports.of(joined([law.points for law in laws]), free))
-            if laws
-            else free
-        )
+        if not laws:
+            return free
+        points = joined([law.points for law in laws])
+        left_out = points.flexibility_left_out(modes, points)
+        to_sensors = free._points().flexibility_left_out(modes, points)
+        return free._replace(ports=Ports(points.shapes(modes), left_out, to_sensors))
 
     def matrix(self, omega: Float[Array, ""]) -> Matrix:
         """Modal dynamic stiffness without inertia [(rad/s)^2], complex."""
         line = omega[None]
-        structure, modulus = self.structure, self._modulus(line)[0]
+        structure, modulus = self.structure, self.structure.relative_modulus(line)[0]
         natural = self.modes.angular_frequency()
         loss = structure.damping.loss(natural, line, self.modes.rigid_body_modes)[:, 0]
         if self.mode_error is not None:
@@ -151,10 +152,7 @@ class Oscillator(NamedTuple):
         line, ports = omega[None], self.ports
         assert ports is not None
         force = self._attached(line) @ ports.shapes @ vector
-        return -ports.to_sensors @ force / self._modulus(line)[0]
-
-    def _modulus(self, line: Float[Array, "1"]) -> Inexact[Array, "1"]:
-        return self.structure.relative_modulus(line)
+        return -ports.to_sensors @ force / self.structure.relative_modulus(line)[0]
 
     def _points(self) -> Points:
         points = self.instruments.points("sensor", self.modes.axes)
@@ -176,7 +174,8 @@ class Oscillator(NamedTuple):
     def _attached(self, line: Float[Array, "1"]) -> Inexact[Array, "port port"]:
         """Dynamic stiffness at the ports, in series with the modes left out."""
         assert self.ports is not None
-        return in_series(self._laws(line), self.ports.flexibility / self._modulus(line)[0])
+        modulus = self.structure.relative_modulus(line)[0]
+        return in_series(self._laws(line), self.ports.flexibility / modulus)
 
     def _expansion(self, omega: Float[Array, ""]) -> tuple[Matrix, Matrix, Matrix]:
         """Matrix at an angular frequency, its derivative and its second derivative."""
@@ -197,16 +196,6 @@ class Ports(NamedTuple):
     """Flexibility of the modes left out, between them."""
     to_sensors: Float[Array, "channel port"]
     """The same from them to what the sensors read."""
-
-    @classmethod
-    def of(cls, points: Points, free: Oscillator) -> "Ports":
-        """Return what is known of the ports of a structure."""
-        modes = free.modes
-        return cls(
-            points.shapes(modes),
-            points.flexibility_left_out(modes, points),
-            free._points().flexibility_left_out(modes, points),
-        )
 
 
 def _about(middle: Frequency, expansion: tuple[Matrix, Matrix, Matrix]) -> Matrices:

@@ -38,22 +38,13 @@ def closed(matrix: Matrix, law: PortLaw) -> Closed:
     for port in reversed(range(law.points.count)):
         numerator = law.numerator if single else law.numerator[port]
         denominator = law.denominator if single else law.of_each()[1][port]
-        matrix = closed_at_last(matrix, numerator, denominator)
+        resisting = denominator + numerator * matrix[-1, -1]
+        if isinstance(denominator, float):
+            share = numerator * reciprocal(resisting)
+        else:  # what is cheap XLA computes again for each element of the matrix; a division is not
+            share = numerator / resisting
+        matrix = matrix[:-1, :-1] - matrix[:-1, -1, None] * share * matrix[-1, None, :-1]
     return matrix
-
-
-def closed_at_last(
-    matrix: Matrix,
-    numerator: Inexact[Array, "*#frequency"],
-    denominator: Inexact[Array, "*#frequency"] | float = 1.0,
-) -> Closed:
-    """Receptance between all points but the last, a port with a stiffness N / D [N/m]."""
-    resisting = denominator + numerator * matrix[-1, -1]
-    if isinstance(denominator, float):
-        share = numerator * reciprocal(resisting)
-    else:  # what is cheap XLA computes again for each element of the matrix; a division is not
-        share = numerator / resisting
-    return matrix[:-1, :-1] - matrix[:-1, -1, None] * share * matrix[-1, None, :-1]
 
 
 def _closed_at_once(matrix: Matrix, law: PortLaw) -> Closed:

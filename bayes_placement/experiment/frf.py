@@ -155,10 +155,6 @@ class ModeError(NamedTuple):
     pieces: Excess | None = None
     """What uneven pieces add to the modal matrices; None where no piece is known."""
 
-    def in_run(self, factor: Float[Array, "erroneous"]) -> "ModeError":
-        """Return the same with other natural frequencies, those in one run."""
-        return self._replace(frequency=self.frequency * factor)
-
     def uneven(self, modes: Modes) -> Modes:
         """Return the modes of the structure with uneven pieces."""
         return modes if self.pieces is None else with_uneven_pieces(modes, self.pieces)

@@ -120,7 +120,7 @@ class ModalParameters:
             ]
         )
         if covariance is None:
-            covariance = _diagonal(errors)
+            covariance = errors.T[:, :, None] ** 2 * np.eye(len(errors))  # independent errors
         checks.agree(covariance, errors)
         known = checks.covariance(covariance, values, [channel.label for channel in channels])
         checks.damping(values[DAMPING])
@@ -326,8 +326,3 @@ class ModalParameters:
 def _in_rows(rows: Sequence[np.ndarray]) -> np.ndarray:
     frequency, damping, shape = rows
     return np.concatenate([frequency[None], damping[None], shape])
-
-
-def _diagonal(deviation: np.ndarray) -> np.ndarray:
-    """Covariance matrices [mode, row, row] of independent errors."""
-    return deviation.T[:, :, None] ** 2 * np.eye(len(deviation))

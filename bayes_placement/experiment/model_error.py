@@ -143,13 +143,14 @@ class Embedded:
         modes = structure.proper_modes()
         rigid = modes.rigid_body_modes
         natural = frequencies_of(modes)[rigid:]
+        margins = (MODAL_MARGIN,) * 2 if scales.modes_alone else (MARGIN, DAMPING_MARGIN)
         count, damped = (
             min(
                 natural.size,
                 self.modes
                 or max(scales.modes_observed, int(np.sum(natural < margin * scales.band[1]))),
             )
-            for margin in _margins(scales)
+            for margin in margins
         )
         return ModalErrors(
             frequency=_of_modes(self.frequency, count),
@@ -282,11 +283,6 @@ def shares_size(unknown: Unknown, size: Unknown) -> bool:
     kinds = ("shape", "ports") if size.owner.kind == "shape" else (size.owner.kind,)
     is_error = unknown.role is Role.MODEL_ERROR and unknown.field != "size"
     return is_error and unknown.owner.kind in kinds
-
-
-def _margins(scales: Scales) -> tuple[float, float]:
-    """Natural frequencies over the greatest line up to which modes err, and their damping."""
-    return (MODAL_MARGIN, MODAL_MARGIN) if scales.modes_alone else (MARGIN, DAMPING_MARGIN)
 
 
 def _of_modes(size: Size, count: int) -> ErrorsOfModes | None:

@@ -85,13 +85,10 @@ class _Pencil(NamedTuple):
 
     def attached(self, omega: float) -> tuple[float, np.ndarray]:
         """Modulus over that as drawn [1], and stiffness of ports in series with `residual`."""
-        modulus, stiffness = self.at_line(np.array([omega]))
-        return float(modulus), self._in_series(float(modulus), np.asarray(stiffness))
-
-    def _in_series(self, modulus: float, stiffness: np.ndarray) -> np.ndarray:
-        # (1 + Z R)^-1 Z, as `_Ports` of an oscillator.
-        factor = np.eye(stiffness.size) + stiffness[:, None] * self.residual / modulus
-        return np.linalg.solve(factor, np.diag(stiffness))
+        modulus, stiffness = map(np.asarray, self.at_line(np.array([omega])))
+        # (1 + Z R)^-1 Z, as of an oscillator.
+        factor = np.eye(stiffness.size) + stiffness[:, None] * self.residual / float(modulus)
+        return float(modulus), np.linalg.solve(factor, np.diag(stiffness))
 
     def matrix(self, omega: float) -> np.ndarray:
         """Modal dynamic stiffness [(rad/s)^2]."""

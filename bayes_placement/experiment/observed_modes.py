@@ -132,11 +132,8 @@ class ModalData(Observation):
 
     def on(self, channels: Sequence[Channel]) -> "ModalData":
         """Return the observation with the rows of these sensor channels, in their order."""
-        return (
-            ModalData(self._as_measured().channels(channels))
-            if channels
-            else self._without_shapes()
-        )
+        measured = self._as_measured()
+        return ModalData(measured.channels(channels) if channels else measured.without_shapes())
 
     def _as_measured(self) -> ModalParameters:
         values = np.where(self.present, self.values, np.nan)
@@ -149,9 +146,6 @@ class ModalData(Observation):
             correlation=self.correlation,
             number=self.number,
         )
-
-    def _without_shapes(self) -> "ModalData":
-        return ModalData(self._as_measured().without_shapes())
 
     def data(self, measurement: Any) -> Data:
         """Return what was measured as data.

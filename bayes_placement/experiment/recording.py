@@ -161,7 +161,7 @@ class _Loaded(NamedTuple):
         omega, force, _ = self.drive
         mode_error = None if self.model_error is None else self.model_error.mode_error()
         if mode_error is not None and self.run_factor is not None:
-            mode_error = mode_error.in_run(self.run_factor)
+            mode_error = mode_error._replace(frequency=mode_error.frequency * self.run_factor)
         return receptance(
             self.structure, read, driven, omega, ports=ports, force=force, mode_error=mode_error
         )

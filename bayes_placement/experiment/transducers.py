@@ -244,7 +244,7 @@ class Transducer(eqx.Module):
         at: At = place
         if not isinstance(place, Tolerance):
             at = place if self.tolerance is None else self.tolerance.around(place)
-        if not isinstance(at, Tolerance) and self._is_uncertain():
+        if not isinstance(at, Tolerance) and unknowns(self.position):
             raise InputError(
                 f'{self.kind} "{self.name}" was to be moved to {place} m, but its position is '
                 "a distribution that holds at its present place only; a tolerance is needed, since "
@@ -282,9 +282,6 @@ class Transducer(eqx.Module):
             Recorded position [m]; by default the middle of `at`.
         """
         return type(self)(name, at, **self._settings(), recorded=recorded)
-
-    def _is_uncertain(self) -> bool:
-        return bool(unknowns(self.position))
 
     def at_record(self, component: str) -> object:
         """Value of an unknown component of its position where it was recorded."""

@@ -31,7 +31,9 @@ from .structure import is_dict
 
 
 class Applied(Effect):
-    """What effects are at the lines of an experiment; no candidate."""
+    """What effects are at the lines of an experiment; no candidate, so that none is absent."""
+
+    absent: ClassVar[tuple[str, float]] = ("", 0.0)
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["Applied"]:
@@ -42,7 +44,6 @@ class Applied(Effect):
 class AppliedLaw(Applied, OnPorts):
     """A law of which the ports and the dynamic stiffness at each line are known."""
 
-    absent: ClassVar[tuple[str, float]] = ("numerator", 0.0)
     points: Points
     numerator: Complex[Array, "*port frequency"] = eqx.field(metadata={"unit": "N/m"})
     denominator: Complex[Array, "*port frequency"] = eqx.field(metadata={"unit": "1"})
@@ -56,7 +57,6 @@ class AppliedLaw(Applied, OnPorts):
 class AppliedModulus(Applied, Modulus):
     """A modulus that is known at each line."""
 
-    absent: ClassVar[tuple[str, float]] = ("excess", 0.0)
     excess: Complex[Array, "frequency"] = eqx.field(metadata={"unit": "1"})
     kept: Float[Array, ""] = eqx.field(metadata={"unit": "1"})
     name: str = eqx.field(static=True, default="applied.modulus", kw_only=True)
@@ -73,7 +73,6 @@ class AppliedModulus(Applied, Modulus):
 class AppliedHinges(Applied, Hinged):
     """Hinges of which the places and the compliances are known."""
 
-    absent: ClassVar[tuple[str, float]] = ("compliance", 0.0)
     at: Float[Array, "hinge"] = eqx.field(metadata={"unit": "m"})
     compliance: Float[Array, "hinge"] = eqx.field(metadata={"unit": "m/N"})
     orders: tuple[int, ...] = eqx.field(static=True)
@@ -87,7 +86,6 @@ class AppliedHinges(Applied, Hinged):
 class AppliedLines(Applied, InstrumentEffect):
     """A record of which it is known at what s / i each line is."""
 
-    absent: ClassVar[tuple[str, float]] = ("known", 0.0)
     known: Complex[Array, "frequency"] = eqx.field(metadata={"unit": "rad/s"})
     name: str = eqx.field(static=True, default="applied.lines", kw_only=True)
 
@@ -99,7 +97,6 @@ class AppliedLines(Applied, InstrumentEffect):
 class AppliedLoads(Applied, InstrumentEffect):
     """The dynamic stiffness of each transducer at each line, of those sides that load."""
 
-    absent: ClassVar[tuple[str, float]] = ("known", 0.0)
     known: OrderedDict[str, Complex[Array, "transducer frequency"]] = eqx.field(
         metadata={"unit": "N/m"}
     )
@@ -118,7 +115,6 @@ class AppliedLoads(Applied, InstrumentEffect):
 class AppliedRecord(Applied, InstrumentEffect):
     """What is added to each FRF, and a factor on it that is known at each line."""
 
-    absent: ClassVar[tuple[str, float]] = ("factor", 1.0)
     factor: Complex[Array, "sensor actuator frequency"] = eqx.field(metadata={"unit": "1"})
     flexibility: Inexact[Array, "sensor actuator #frequency"] = eqx.field(metadata={"unit": "m/N"})
     name: str = eqx.field(static=True, default="applied.record", kw_only=True)

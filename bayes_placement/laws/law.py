@@ -180,13 +180,6 @@ class Group(Law):
         """Group of the trees of its parts."""
         return [self.sign, *(part.tree() for part in self.parts)]
 
-    def __repr__(self) -> str:
-        return f" {self.sign} ".join(self._word(part) for part in self.parts)
-
-    @abc.abstractmethod
-    def _word(self, part: Law) -> str:
-        """Part as it is typed within the group."""
-
 
 class Parallel(Group):
     """Laws that share the displacement of the port, `a | b`: their dynamic stiffnesses add.
@@ -209,8 +202,8 @@ class Parallel(Group):
         """N1 D2 + N2 D1 over D1 D2."""
         return _times(one[0], other[1]) + _times(other[0], one[1]), _times(one[1], other[1])
 
-    def _word(self, part: Law) -> str:
-        return repr(part)
+    def __repr__(self) -> str:
+        return " | ".join(map(repr, self.parts))
 
 
 class Series(Group):
@@ -234,9 +227,8 @@ class Series(Group):
         """N1 N2 over N1 D2 + N2 D1."""
         return one[0] * other[0], _times(one[0], other[1]) + _times(other[0], one[1])
 
-    def _word(self, part: Law) -> str:
-        # A bar binds less than a hyphen.
-        return f"({part!r})" if isinstance(part, Parallel | Series) else repr(part)
+    def __repr__(self) -> str:
+        return " - ".join(map(_factor, self.parts))
 
 
 class Scaled(Law):
@@ -269,8 +261,12 @@ class Scaled(Law):
         return self.law.tree()
 
     def __repr__(self) -> str:
-        law = f"({self.law!r})" if isinstance(self.law, Group) else repr(self.law)
-        return f"{_value(self.strength)} * {law}"
+        return f"{_value(self.strength)} * {_factor(self.law)}"
+
+
+def _factor(law: Law) -> str:
+    """Law as it is typed next to a hyphen or an asterisk: a bar binds less."""
+    return f"({law!r})" if isinstance(law, Group) else repr(law)
 
 
 def _parts(law: object, kind: type[Group]) -> tuple[Law, ...]:

@@ -9,6 +9,7 @@ with the last denominator (Sanathanan and Koerner, IEEE Trans. Autom. Control 8 
 doi:10.1109/TAC.1963.1105517), and the elements from the coefficients, which are sums of products.
 """
 
+import itertools
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -297,27 +298,19 @@ def _joined_polynomials(
     one: tuple[_Sums, _Sums], other: tuple[_Sums, _Sums], sign: str
 ) -> tuple[_Sums, _Sums]:
     """Numerator and denominator of two parts, in parallel or in series."""
-    crossed = _sum(_product(one[0], other[1]), _product(other[0], one[1]))
+    crossed = _products((one[0], other[1]), (other[0], one[1]))
     if sign == "|":
-        return crossed, _product(one[1], other[1])
-    return _product(one[0], other[0]), crossed
+        return crossed, _products((one[1], other[1]))
+    return _products((one[0], other[0])), crossed
 
 
-def _sum(one: _Sums, other: _Sums) -> _Sums:
+def _products(*pairs: tuple[_Sums, _Sums]) -> _Sums:
+    """Sum of products of two polynomials each."""
     total: _Sums = defaultdict(Counter)
-    for polynomial in (one, other):
-        for power, sums in polynomial.items():
-            total[power] += sums
-    return dict(total)
-
-
-def _product(one: _Sums, other: _Sums) -> _Sums:
-    total: _Sums = defaultdict(Counter)
-    for power, sums in one.items():
-        for further, others in other.items():
-            for left in sums.elements():
-                for right in others.elements():
-                    total[power + further][tuple(map(sum, zip(left, right, strict=True)))] += 1
+    for one, other in pairs:
+        for (power, sums), (further, others) in itertools.product(one.items(), other.items()):
+            for left, right in itertools.product(sums.elements(), others.elements()):
+                total[power + further][tuple(map(sum, zip(left, right, strict=True)))] += 1
     return dict(total)
 
 

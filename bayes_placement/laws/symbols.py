@@ -111,7 +111,7 @@ def formula(law: Law) -> str:
 
 def _formula(law: Law, owned: Iterator[Owned]) -> str:
     if isinstance(law, Series):
-        inverses = " + ".join(_inverse(_formula(part, owned)) for part in law.parts)
+        inverses = " + ".join(rf"\frac{{1}}{{{_formula(part, owned)}}}" for part in law.parts)
         return rf"\left({inverses}\right)^{{-1}}"
     if isinstance(law, Parallel):
         return " + ".join(_formula(part, owned) for part in law.parts).replace("+ -", "- ")
@@ -119,10 +119,6 @@ def _formula(law: Law, owned: Iterator[Owned]) -> str:
     if isinstance(law, Scaled):
         return f"{symbols[0]} {_factor(law.law, _formula(law.law, owned))}"
     return law.formula.format(*symbols)  # type: ignore[attr-defined]
-
-
-def _inverse(term: str) -> str:
-    return rf"\frac{{1}}{{{term}}}"
 
 
 def _factor(law: Law, term: str) -> str:

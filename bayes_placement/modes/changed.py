@@ -29,7 +29,6 @@ ModalResponse = Inexact[Array, "response mode frequency"]
 ModalReference = Inexact[Array, "reference mode frequency"]
 Receptance = Complex[Array, "response reference frequency"]
 Modal = Float[Array, "mode mode"]
-Decomposed = tuple[Float[Array, "mode"], Modal, Modal]
 
 
 class Eigenpairs(NamedTuple):
@@ -44,36 +43,33 @@ class Eigenpairs(NamedTuple):
     its derivative is not: it is what the derivatives of the vectors leave out."""
 
 
+@jax.custom_jvp
 def eigenpairs(matrix: Modal) -> Eigenpairs:
     """Eigenpairs whose first derivatives are finite and exact, by perturbation.
 
     Nelson, AIAA Journal 14 (1976) 1201, DOI 10.2514/3.7211, for vectors of distinct eigenvalues.
     Derivatives of second order are exact where no eigenvalue is repeated.
     """
-    return Eigenpairs(*_eigh(matrix))
-
-
-@jax.custom_jvp
-def _eigh(matrix: Modal) -> Decomposed:
     values, vectors = jnp.linalg.eigh(matrix)
     # Of the two signs the one that makes the largest component positive: what is added to a shape
     # must keep its meaning while parameters change.
     largest = jnp.argmax(jnp.abs(vectors), axis=0)
     signs = jnp.sign(jnp.take_along_axis(vectors, largest[None], axis=0))
-    return values, vectors * signs, jnp.zeros(matrix.shape)
+    return Eigenpairs(values, vectors * signs, jnp.zeros(matrix.shape))
 
 
-@_eigh.defjvp
-def _eigh_jvp(primals: tuple[Modal], tangents: tuple[Modal]) -> tuple[Decomposed, Decomposed]:
-    values, vectors, coupling = _eigh(*primals)
+@eigenpairs.defjvp
+def _changes(primals: tuple[Modal], tangents: tuple[Modal]) -> tuple[Eigenpairs, Eigenpairs]:
+    pairs = eigenpairs(*primals)
+    values, vectors, _ = pairs
     change = vectors.T @ tangents[0] @ vectors
     gap = values[None, :] - values[:, None]
     size = jnp.maximum(jnp.abs(values[None, :]), jnp.abs(values[:, None]))
     close = jnp.abs(gap) <= _CLOSE * size + _ROUNDING * jnp.max(jnp.abs(values))
     rotation = jnp.where(close, 0.0, change / jnp.where(close, 1.0, gap))
     repeated = close & ~jnp.eye(values.size, dtype=bool)
-    changes = (jnp.diagonal(change), vectors @ rotation, jnp.where(repeated, change, 0.0))
-    return (values, vectors, coupling), changes
+    coupling = jnp.where(repeated, change, 0.0)
+    return pairs, Eigenpairs(jnp.diagonal(change), vectors @ rotation, coupling)
 
 
 @jax.custom_jvp

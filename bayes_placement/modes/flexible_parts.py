@@ -162,10 +162,6 @@ class CompliantPart(NamedTuple):
         """Compliance in unit patterns."""
         return jnp.asarray(self.spring, float)
 
-    def has_static_shapes(self, static_shapes: StaticShapes) -> bool:
-        """Tell whether static shapes of supports or joints are known."""
-        return bool(static_shapes.compliant_parts)
-
     def stiffness(self, nodal: NodalModes) -> Matrix:
         """Raise, since the kept modes do not move at a support nor turn in a joint."""
         raise InputError(
@@ -191,10 +187,6 @@ class WeakenedRegion(NamedTuple):
         """Compliance in unit patterns."""
         return _compliance_of_loss(self.loss) / nodal.stiffness_scale()
 
-    def has_static_shapes(self, static_shapes: StaticShapes) -> bool:
-        """Tell whether static shapes of regions are known."""
-        return bool(static_shapes.regions)
-
     def stiffness(self, nodal: NodalModes) -> Matrix:
         """Stiffness [(rad/s)^2] that the loss adds over the modes."""
         region = nodal.regions.matrices[self.region]
@@ -218,10 +210,6 @@ class StretchedMember(NamedTuple):
         """Compliance in unit patterns."""
         tension = jnp.asarray(nodal.static_shapes.tension)[self.member] * nodal.stiffness_scale()
         return _compliance_of_loss(-self.tension / tension) / nodal.stiffness_scale()
-
-    def has_static_shapes(self, static_shapes: StaticShapes) -> bool:
-        """Tell whether static shapes of members are known."""
-        return bool(static_shapes.members)
 
     def stiffness(self, nodal: NodalModes) -> Matrix:
         """Stiffness [(rad/s)^2] that the tension adds over the modes."""
@@ -258,7 +246,7 @@ def with_flexible_parts(modes: Modes, parts: Sequence[FlexiblePart]) -> Modes:
     Where static shapes are not known, in the span of the kept modes, by the procedure of Ritz.
     """
     nodal = original_nodal_modes(modes)
-    if modes is nodal and all(part.has_static_shapes(nodal.static_shapes) for part in parts):
+    if modes is nodal and nodal.static_shapes.parts:
         return _compliant(nodal, parts)
     added = [over_changed_modes(modes, part.stiffness(nodal)) for part in parts]
     return changed(modes, jnp.sum(jnp.stack(added), axis=0))
@@ -287,19 +275,13 @@ def _compliant(nodal: NodalModes, parts: Sequence[FlexiblePart]) -> CompliantMod
 
 def _orthonormal(chosen: StaticShapes, parts: int) -> tuple[Matrix, Matrix, Matrix]:
     """Mass-orthonormal residual shapes: combinations, participation and flexibility."""
-    orthonormal, participation, flexibility, mass = (
-        jnp.asarray(matrix)
-        for matrix in (
-            chosen.orthonormal,
-            chosen.residual_participation,
-            chosen.flexibility,
-            chosen.mass,
-        )
+    orthonormal, participation, flexibility = map(
+        jnp.asarray, (chosen.orthonormal, chosen.residual_participation, chosen.flexibility)
     )
     if parts == 1:
         return orthonormal, participation, flexibility
     # Residual shapes of different parts may nearly agree.
-    values, vectors = jnp.linalg.eigh(jax.lax.stop_gradient(mass))
+    values, vectors = jnp.linalg.eigh(jax.lax.stop_gradient(jnp.asarray(chosen.mass)))
     unit = jnp.where(values > _DEPENDENT, vectors / jnp.sqrt(jnp.abs(values)), 0.0)
     return orthonormal @ unit, unit.T @ participation, unit.T @ flexibility @ unit
 

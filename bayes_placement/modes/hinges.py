@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
+from jax.scipy.linalg import solve_triangular
 from jaxtyping import Array, Float
 
 from .._shared.dimensions import Parameter
@@ -61,9 +61,8 @@ def with_compliance(modes: Modes, compliances: Sequence[Hinge | FlexiblePart]) -
     """Put hinges in a uniform bar or beam, or make parts of a finite element model flexible."""
     hinges = [hinge for hinge in compliances if isinstance(hinge, Hinge)]
     if not hinges:
-        return with_flexible_parts(
-            modes, [part for part in compliances if not isinstance(part, Hinge)]
-        )
+        parts = [part for part in compliances if not isinstance(part, Hinge)]
+        return with_flexible_parts(modes, parts)
     return _with_hinges(modes, sorted(hinges, key=lambda hinge: hinge.order))
 
 
@@ -80,9 +79,7 @@ def _with_hinges(modes: Modes, hinges: list[Hinge]) -> CompliantModes:
     residual = _ResidualCuts(
         waveguide, cuts, jnp.pad(of_waveguide, ((rigid, 0), (0, 0))), waveguide is not modes
     )
-    orthonormal = jax.scipy.linalg.solve_triangular(
-        factor, jnp.eye(len(factor)), trans=1, lower=True
-    )
+    orthonormal = solve_triangular(factor, jnp.eye(len(factor)), trans=1, lower=True)
     interface = Interface(participation, orthonormal, factor.T, jnp.diag(flexibility), compliance)
     return compliant_modes(modes, residual, interface)
 
@@ -92,9 +89,7 @@ def _mass_factor(
 ) -> Float[Array, "cut cut"]:
     """Cholesky factor of the mass matrix of the residual shapes."""
     mass = _cuts.mass(waveguide, cuts)
-    margin = _ROUNDING * jnp.diag(jnp.diag(mass)) + jnp.finfo(float).tiny * jnp.eye(
-        len(cuts.orders)
-    )
+    margin = _ROUNDING * jnp.diag(jnp.diag(mass)) + jnp.finfo(float).tiny * jnp.eye(len(mass))
     return jnp.linalg.cholesky(mass - participation.T @ participation + margin)
 
 

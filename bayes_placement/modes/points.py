@@ -6,6 +6,7 @@ direction at a place, a derivative of it (the slope of a beam), or a combination
 cut is a derivative as well, times the stiffness of the section.
 """
 
+import itertools
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -158,54 +159,30 @@ def joined(groups: Sequence[Points]) -> Points:
     # Known directions become one constant, which needs no compilation.
     known = all(isinstance(points.direction, np.ndarray) for points in groups)
     concatenate = np.concatenate if known else jnp.concatenate
+    widths = [points.shape_error.shape[1] for points in groups if points.shape_error is not None]
+    errors = _of_each(groups, "shape_error", lambda points: jnp.zeros((points.count, widths[0])))
+    orders = _of_each(groups, "orders", lambda points: (0,) * len(points.position))
+    combinations = _of_each(groups, "combination", lambda points: np.eye(points.count))
+    lengths = _of_each(groups, "widths", lambda points: jnp.zeros(len(points.position)))
     return Points(
         jnp.concatenate([points.position for points in groups]),
         concatenate([points.direction for points in groups]),
-        _joined_errors(groups),
-        _joined_orders(groups),
-        _joined_combinations(groups),
-        _joined_widths(groups),
+        None if errors is None else jnp.concatenate(errors),
+        None if orders is None else tuple(itertools.chain(*orders)),
+        None if combinations is None else jax.scipy.linalg.block_diag(*combinations),
+        None if lengths is None else jnp.concatenate(lengths),
     )
 
 
-def _joined_orders(groups: Sequence[Points]) -> tuple[int, ...] | None:
-    if all(points.orders is None for points in groups):
+def _of_each(
+    groups: Sequence[Points], field: str, plain: Callable[[Points], object]
+) -> list[Any] | None:
+    """A field of all points, what it means where some have none; None where all have none."""
+    values = [getattr(points, field) for points in groups]
+    if all(value is None for value in values):
         return None
-    return tuple(
-        order for points in groups for order in points.orders or (0,) * len(points.position)
-    )
-
-
-def _joined_widths(groups: Sequence[Points]) -> Float[Array, "point"] | None:
-    if all(points.widths is None for points in groups):
-        return None
-    widths = [
-        jnp.zeros(len(points.position)) if points.widths is None else points.widths
-        for points in groups
-    ]
-    return jnp.concatenate(widths)
-
-
-def _joined_combinations(groups: Sequence[Points]) -> Float[Array, "port point"] | None:
-    if all(points.combination is None for points in groups):
-        return None
-    blocks = [
-        np.eye(points.count) if points.combination is None else points.combination
-        for points in groups
-    ]
-    return jax.scipy.linalg.block_diag(*blocks)
-
-
-def _joined_errors(groups: Sequence[Points]) -> Float[Array, "port erroneous"] | None:
-    """Shape errors of all ports, zero for those whose shapes are exact."""
-    widths = [points.shape_error.shape[1] for points in groups if points.shape_error is not None]
-    if not widths:
-        return None
-    errors = [
-        jnp.zeros((points.count, widths[0])) if points.shape_error is None else points.shape_error
-        for points in groups
-    ]
-    return jnp.concatenate(errors)
+    pairs = zip(groups, values, strict=True)
+    return [plain(points) if value is None else value for points, value in pairs]
 
 
 def along_axes(position: Coordinates, modes: Modes) -> Points:

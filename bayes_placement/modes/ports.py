@@ -136,12 +136,10 @@ def on_arms(
 
     Of each port its displacement comes first, then its slope.
     """
-    count = len(position)
+    count, repeat = len(position), np.repeat if isinstance(direction, np.ndarray) else jnp.repeat
     return Points(
         jnp.repeat(position, 2),
-        np.repeat(direction, 2, axis=0)
-        if isinstance(direction, np.ndarray)
-        else jnp.repeat(direction, 2, axis=0),
+        repeat(direction, 2, axis=0),
         orders=(0, 1) * count,
         combination=jnp.kron(jnp.eye(count), jnp.stack([jnp.ones(()), arm])),
     )
@@ -248,8 +246,3 @@ def _means(polynomials: int, nodes: int, fewer: float) -> tuple[Float[np.ndarray
 def is_beam(modes: Modes) -> TypeGuard[Waveguide]:
     """Tell whether a structure is a uniform beam, which alone has slopes."""
     return isinstance(modes, Waveguide) and modes.half_order == 2
-
-
-def is_line(modes: Modes) -> bool:
-    """Tell whether a structure is a uniform bar or beam."""
-    return isinstance(modes, Waveguide)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from ..._shared.dimensions import Spectrum
-from ...effects.effect import Effect, GlobalChange, Modulus, bending_scale
+from ...effects.effect import Effect, GlobalChange, Modulus
 from ...effects.library import kind_of
 from ...effects.registry import attached, inserted, modulus, over, strut
 from ...effects.scales import Scales
@@ -20,7 +20,8 @@ from ...laws import Law, Spring
 from ...laws.catalogue import leaves, networks
 from ...laws.law import Tree
 from ...laws.rows import NetworkRows
-from ...modes.ports import is_line
+from ...modes.beams.waveguide import Waveguide
+from ...modes.ports import is_beam
 from ._free_law import FreeLaw
 from ._free_law_of_many import FreeLawOfMany
 from ._law_by_modes import LawByModes
@@ -154,10 +155,10 @@ def ports_of(experiment: Experiment) -> list[Port]:
         for at, direction in scales.places_and_directions()
     ]
     ports += [Port("relative", effect) for effect in _struts(scales, law)]
-    if not is_line(scales.nominal_modes):
+    if not isinstance(scales.nominal_modes, Waveguide):
         return ports
     (at,) = scales.places()
-    if bending_scale(scales) is not None:
+    if is_beam(scales.nominal_modes):
         ports.append(Port("rotation", attached(at, law, motion="rotation", name=NAME)))
         ports.append(Port("cut", inserted(at, law, name=NAME)))
     else:

@@ -72,23 +72,16 @@ def elastic_shape(left: str, right: str, root: float) -> np.ndarray:
     rows += [_condition(1.0, order, root) for order in VANISHING[2][right]]
     null_vector = np.linalg.svd(np.array(rows))[2][-1]
     shape = _normalised(np.concatenate([[0.0, 0.0], null_vector]), root)
-    return shape * np.sign(terms(np.array([0.1 / root]), root) @ shape)
+    return shape * np.sign(_condition(0.1 / root, 0, root) @ shape[2:])
 
 
 def _condition(x: float, order: int, b: float) -> np.ndarray:
-    """Scaled derivative of cos, sin and the two exponentials at an end."""
+    """Scaled derivative of cos, sin and the two exponentials at a place."""
     phase = order * np.pi / 2
     sign = (-1.0) ** order
     return np.array(
         [np.cos(b * x + phase), np.sin(b * x + phase), sign * np.exp(-b * x), np.exp(-b * (1 - x))]
     )
-
-
-def terms(x: np.ndarray, b: float) -> np.ndarray:
-    """Six terms of a shape at positions x in [0, 1]."""
-    constant = np.ones_like(x)
-    waves = [np.cos(b * x), np.sin(b * x), np.exp(-b * x), np.exp(-b * (1 - x))]
-    return np.stack([constant, x, *waves], axis=-1)
 
 
 def _normalised(shape: np.ndarray, b: float) -> np.ndarray:

@@ -51,8 +51,10 @@ class Waveguide(Modes):
         """Axial stiffness E A [N] of a bar, bending stiffness E I [N m2] of a beam."""
 
     def bounds(self) -> tuple[float, Parameter]:
-        """Return the two ends [m]."""
-        return 0.0, _least_length(self.length)
+        """Return the two ends [m]; a position within the least length is on every length."""
+        if is_unknown(self.length):
+            return 0.0, float(self.length.support.lower_bound)  # type: ignore[union-attr]
+        return 0.0, self.length  # which may be an input of a compiled function
 
     def static_flexibility(
         self, position: Coordinates, other: Coordinates, orders: Orders = (0, 0)
@@ -102,13 +104,6 @@ class Waveguide(Modes):
         last = self.wave_numbers[-1] / np.pi
         share = last**growth * zeta(decay + growth, last + 1) / zeta(decay, last + 1)
         return float(share) / self.angular_frequency()[-1] ** 2
-
-
-def _least_length(length: Parameter) -> Parameter:
-    """Least length of a number or a prior: a position on it is on every length."""
-    if is_unknown(length):
-        return float(length.support.lower_bound)  # type: ignore[union-attr]
-    return length  # which may be an input of a compiled function
 
 
 Phase = Float[Array, "*phase"]

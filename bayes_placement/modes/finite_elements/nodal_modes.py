@@ -16,7 +16,7 @@ from ..._shared.ranges import POSITIVE
 from ..._shared.sites import is_open, unit
 from ...positions.places import Place, mean
 from ...positions.tolerances import Box, Tolerance
-from ...positions.vectors import CartesianComponents
+from ...positions.vectors import CartesianComponents, triple
 from ..modes import Modes, moved_mass
 from ._part_factors import NamedMatrices, checked_cell_masses
 from .interpolation import Interpolation
@@ -283,7 +283,8 @@ def modes_from_shapes(
         )
     _check_flexibility(flexibility, len(rows))
     shape = jnp.asarray(model.shape[rows])
-    count, extent = shape.shape[1], _extent(model.position)
+    count = shape.shape[1]
+    extent = triple(model.position.min(axis=0)), triple(model.position.max(axis=0))
     return NodalModes(
         interpolation=interpolation.renumbered(rows),
         shape=shape,
@@ -345,11 +346,6 @@ def _check_order(frequency: Sequence[float]) -> None:
                 f"{upper:g} Hz; means that ascend are needed, since shapes and damping ratios are "
                 "counted so. Sort them together with the columns of the shapes."
             )
-
-
-def _extent(position: Float[np.ndarray, "node 3"]) -> Corners:
-    low, high = position.min(axis=0), position.max(axis=0)
-    return tuple(map(float, low)), tuple(map(float, high))  # type: ignore[return-value]
 
 
 def _box_about(extent: Corners) -> Box:

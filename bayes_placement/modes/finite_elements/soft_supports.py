@@ -184,7 +184,8 @@ def edge(matrices: Matrices, start: Vector, end: Vector, *, direction: int = 3) 
             "moves along it: direction=3."
         )
     nodes, distance = _along(matrices, first, last)
-    table = _held_rows(matrices)[nodes]
+    table = rows_of(matrices, tuple(range(8)))[nodes]
+    table = np.where(np.isin(table, matrices.fixed), table, -1)
     is_held = table[:, direction] >= 0
     if np.count_nonzero(is_held) < 2:
         raise InputError(
@@ -224,12 +225,6 @@ def _along(
     on_line = np.flatnonzero(np.linalg.norm(step - foot, axis=1) < _ROUNDING * length)
     order = on_line[np.argsort(distance[on_line])]
     return order, distance[order]
-
-
-def _held_rows(matrices: Matrices) -> Int[np.ndarray, "node 8"]:
-    """Row of each node in each direction if it is held there, else -1."""
-    table = rows_of(matrices, tuple(range(8)))
-    return np.where(np.isin(table, matrices.fixed), table, -1)
 
 
 def _slope(first: InSpace, last: InSpace, direction: int) -> tuple[int, float]:

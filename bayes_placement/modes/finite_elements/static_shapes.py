@@ -84,10 +84,14 @@ class StaticShapes(eqx.Module):
         return len(self.supports) + len(self.joints)
 
     @property
+    def parts(self) -> int:
+        """Number of all flexible parts; zero where their static shapes are not known."""
+        return self.compliant_parts + len(self.regions) + len(self.members)
+
+    @property
     def patterns_per_part(self) -> int:
         """Number of patterns of one part."""
-        parts = self.compliant_parts + len(self.regions) + len(self.members)
-        return self.shape.shape[1] // max(parts, 1)
+        return self.shape.shape[1] // max(self.parts, 1)
 
     def patterns(self, parts: Int[Array, "part"]) -> Int[Array, "pattern"]:
         """Patterns of some parts, by the numbers of these."""

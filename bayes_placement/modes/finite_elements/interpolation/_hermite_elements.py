@@ -56,9 +56,8 @@ def frame(model: NodalModel, elements: Ends) -> Elements:
     )
     # Both bendings have the same cubics, so that the axes of the section do not matter.
     rotation = np.einsum("ft,exd,e->eftxd", HERMITE[1::2], across[:, :, 3:], length)
-    coefficients = np.concatenate(
-        [translation, rotation], axis=-1
-    )  # element, end, term, axis, direction
+    # Element, end, term, axis, direction.
+    coefficients = np.concatenate([translation, rotation], axis=-1)
     coefficients = np.moveaxis(coefficients, 1, 3).reshape(len(elements), 4, 3, 12)
     start, finish = model.position[elements[:, 0]], model.position[elements[:, 1]]
     return build_elements(

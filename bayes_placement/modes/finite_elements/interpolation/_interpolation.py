@@ -139,8 +139,9 @@ def element_rows(
     """Rows of the corners of elements, corner by corner."""
     count = len(model.node)
     if len(elements) == 0 or elements.min() < 0 or elements.max() >= count:
+        entries = f" with entries {elements.min()} to {elements.max()}" if len(elements) else ""
         raise InputError(
-            f"elements of shape {elements.shape} {_range(elements)}; the corners of at least one "
+            f"elements of shape {elements.shape} was given{entries}; the corners of at least one "
             f"element are needed, as indices 0 to {count - 1} into `node`. Indices of node "
             "numbers: np.argsort(node)[np.searchsorted(np.sort(node), elements)]."
         )
@@ -154,12 +155,6 @@ def element_rows(
             "read the nodes alone: interpolation.scattered(model)."
         )
     return rows.reshape(len(elements), -1)
-
-
-def _range(elements: Corners) -> str:
-    if len(elements) == 0:
-        return "was given"
-    return f"was given with entries {elements.min()} to {elements.max()}"
 
 
 def reachable(

@@ -18,7 +18,7 @@ Terms = Float[Array, "term"]
 Moments = Float[Array, "term term"]
 Point = Float[Array, "3"]
 
-Cloud = TypeVar("Cloud", "Nearest", "Scattered")
+Cloud = TypeVar("Cloud", bound="_Nodes")
 _TERMS = all_exponents(3, 2, simplex=True)
 _ORDER = np.sum(_TERMS, axis=1)
 _TERMS_AT_ORIGIN = (_ORDER == 0).astype(float)
@@ -38,7 +38,29 @@ _BLOCK = 1024
 as arrays do."""
 
 
-class Nearest(Interpolation):
+class _Nodes(Interpolation):
+    """Nodes without elements; a position is read at, or around, the nearest one."""
+
+    centre: eqx.AbstractVar[Float[Array, "node 3"]]
+
+    def near(self: Cloud, position: Float[np.ndarray, "place 3"], radius: float) -> Cloud:
+        """Only those nodes that can be nearest within a radius [m] of some positions [m]."""
+        centre = np.asarray(self.centre)
+        nearby = np.flatnonzero(reachable(centre, np.zeros(len(centre)), position, radius))
+        return jax.tree.map(lambda leaf: jnp.asarray(np.asarray(leaf)[nearby]), self)
+
+    def nearest(self, position: Point) -> Int[Array, ""]:
+        """Number of the nearest node."""
+        # Axis by axis: of many nodes the compiler takes ten times as long for sums of rows.
+        at = jax.lax.stop_gradient(position)
+        x, y, z = (self.centre[:, axis] - at[axis] for axis in range(3))
+        square = x**2 + y**2 + z**2
+        # The first that is as near as any: the compiler takes three times as long for an argmin.
+        order = jnp.arange(len(square))
+        return jnp.min(jnp.where(square <= jnp.min(square), order, len(square) - 1))
+
+
+class Nearest(_Nodes):
     """Reads the node nearest to a position: Eqs. (13) and (16) of the paper.
 
     Piecewise constant: it has no derivative in position.
@@ -61,19 +83,15 @@ class Nearest(Interpolation):
 
     def at(self, position: Point) -> Reading:
         """Rows of the nearest node, each with weight one."""
-        rows = part_at(self.rows, _nearest(self.centre, position))
+        rows = part_at(self.rows, self.nearest(position))
         return Reading(rows, jnp.eye(len(self.axes)))
 
     def closest(self, position: Point) -> Point:
         """Position of the nearest node [m]."""
-        return part_at(self.centre, _nearest(self.centre, position))
-
-    def near(self, position: Float[np.ndarray, "place 3"], radius: float) -> "Nearest":
-        """Only those nodes that can be nearest within a radius [m] of some positions [m]."""
-        return _near(self, position, radius)
+        return part_at(self.centre, self.nearest(position))
 
 
-class Scattered(Interpolation):
+class Scattered(_Nodes):
     """Moving least squares: at each position the best quadratic through the nodes around it.
 
     Twice differentiable in position; exact for linear fields (to 1e-6), approximately so for
@@ -106,7 +124,7 @@ class Scattered(Interpolation):
 
     def at(self, position: Point) -> Reading:
         """Rows and weights of the nodes around a position [m]."""
-        node = _nearest(self.centre, position)
+        node = self.nearest(position)
         step = part_at(self.around, node) - self._within(position, node)
         weight = _least_squares(step, part_at(self.radius, node))
         count = len(self.axes)
@@ -115,11 +133,7 @@ class Scattered(Interpolation):
 
     def closest(self, position: Point) -> Point:
         """The position itself [m], moved to within the reach of its nearest node."""
-        return self._within(position, _nearest(self.centre, position))
-
-    def near(self, position: Float[np.ndarray, "place 3"], radius: float) -> "Scattered":
-        """Only those nodes that can be nearest within a radius [m] of some positions [m]."""
-        return _near(self, position, radius)
+        return self._within(position, self.nearest(position))
 
     def _within(self, position: Point, node: Int[Array, ""]) -> Point:
         step, reach = position - part_at(self.centre, node), part_at(self.reach, node)
@@ -257,23 +271,6 @@ def _padded(
     padded = np.repeat(np.arange(len(count))[:, None], count.max(), axis=1)
     padded[~filler] = np.concatenate(neighbours)
     return padded, filler
-
-
-def _nearest(centre: Float[Array, "node 3"], position: Point) -> Int[Array, ""]:
-    # Axis by axis: of many nodes the compiler takes ten times as long for sums of rows of three.
-    at = jax.lax.stop_gradient(position)
-    x, y, z = (centre[:, axis] - at[axis] for axis in range(3))
-    square = x**2 + y**2 + z**2
-    # The first that is as near as any: the compiler takes three times as long for an argmin.
-    order = jnp.arange(len(centre))
-    return jnp.min(jnp.where(square <= jnp.min(square), order, len(centre) - 1))
-
-
-def _near(cloud: Cloud, position: Float[np.ndarray, "place 3"], radius: float) -> Cloud:
-    """Those nodes that can be nearest within a radius of some positions."""
-    centre = np.asarray(cloud.centre)
-    nearby = np.flatnonzero(reachable(centre, np.zeros(len(centre)), position, radius))
-    return jax.tree.map(lambda leaf: jnp.asarray(np.asarray(leaf)[nearby]), cloud)
 
 
 def _least_squares(

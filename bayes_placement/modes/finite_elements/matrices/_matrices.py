@@ -18,13 +18,6 @@ from . import _matrix_checks as checks
 from . import _static_flexibility as direct
 from ._matrix_checks import Sparse
 from ._reduced_basis import Affine, ReducedBasis, reduced_basis
-from ._static_flexibility import (
-    StaticFlexibility,
-    free_fields,
-    geometric_fields,
-    nested_dissection,
-    static_flexibility,
-)
 
 
 class Release(NamedTuple):
@@ -322,22 +315,22 @@ class Matrices:
         return reduced._replace(basis=self._on_all_rows(reduced.basis))
 
     @cached_property
-    def flexibility(self) -> StaticFlexibility:
+    def flexibility(self) -> direct.StaticFlexibility:
         """Factorised stiffness on the rows that may move, in the order of elimination."""
         order = self._order
-        fields = geometric_fields(self.position[self.node_index], self.dof[:, 1])
+        fields = direct.geometric_fields(self.position[self.node_index], self.dof[:, 1])
         stiffness, mass = (
             csc_array(matrix[order][:, order]) for matrix in (self.stiffness, self.mass)
         )
-        unforced = free_fields(stiffness, fields[order], fields[self.fixed])
-        return static_flexibility(stiffness, mass, unforced, self.dof[order, 1])
+        unforced = direct.free_fields(stiffness, fields[order], fields[self.fixed])
+        return direct.static_flexibility(stiffness, mass, unforced, self.dof[order, 1])
 
     @cached_property
     def _order(self) -> Int[np.ndarray, "row"]:
         """Rows that may move, in the order of elimination."""
         free = np.setdiff1d(np.arange(len(self.dof)), self.fixed)
-        couplings = abs(self.stiffness[free][:, free]) + abs(self.mass[free][:, free])
-        return free[nested_dissection(csc_array(couplings), self.node_index[free], self.position)]
+        couplings = csc_array(abs(self.stiffness[free][:, free]) + abs(self.mass[free][:, free]))
+        return free[direct.nested_dissection(couplings, self.node_index[free], self.position)]
 
     @cached_property
     def node_index(self) -> Int[np.ndarray, "dof"]:

@@ -60,8 +60,11 @@ def factorised(matrix: csc_array) -> SymmetricFactor:
     try:
         return SymmetricFactor(matrix, _triangles(matrix))
     except RuntimeError:  # SuperLU: exactly singular
-        shifted = csc_array(matrix + 1e-14 * diags_array(_positive(matrix.diagonal())))
-        return SymmetricFactor(matrix, _triangles(shifted))
+        size = np.abs(matrix.diagonal())
+        positive = np.where(size > 0, size, size.max(initial=1e-300))
+        return SymmetricFactor(
+            matrix, _triangles(csc_array(matrix + 1e-14 * diags_array(positive)))
+        )
 
 
 def blocks(count: int) -> Iterator[slice]:
@@ -77,11 +80,6 @@ def start_vector(size: int, seed: int = 0) -> Float[np.ndarray, "row"]:
 def _triangles(matrix: csc_array) -> SuperLU:
     options = {"SymmetricMode": True}
     return splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options=options)
-
-
-def _positive(diagonal: np.ndarray) -> np.ndarray:
-    size = np.abs(diagonal)
-    return np.where(size > 0, size, size.max(initial=1e-300))
 
 
 LEAF = 40
@@ -119,7 +117,9 @@ def _dissected(graph: csr_array, position: np.ndarray) -> np.ndarray:
         if lower.size == 0:
             order.append(nodes)
             continue
-        separates = graph[nodes[lower]] @ _indicator(nodes[upper], len(position)) > 0
+        above = np.zeros(len(position))
+        above[nodes[upper]] = 1.0
+        separates = graph[nodes[lower]] @ above > 0
         waiting.append((nodes[lower][~separates], True))
         waiting.append((nodes[upper], True))
         waiting.append((nodes[lower][separates], False))
@@ -135,12 +135,6 @@ def _halves(position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     middle = np.median(along)
     below = along <= middle if (along > middle).any() else along < middle
     return (np.flatnonzero(below), np.flatnonzero(~below)) if below.any() else (none, none)
-
-
-def _indicator(nodes: np.ndarray, size: int) -> np.ndarray:
-    marked = np.zeros(size)
-    marked[nodes] = 1.0
-    return marked
 
 
 Fields = Float[np.ndarray, "row field"]
