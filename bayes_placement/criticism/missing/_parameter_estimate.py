@@ -58,6 +58,8 @@ class ParameterEstimate(NamedTuple):
         if not np.isfinite([self.low_95, self.high_95]).all():
             return str(self)
         _, *ends, _ = self.for_people()
+        if self.low_95 == self.high_95:
+            return self.in_short()
         return f"{self.in_short()} (95 %: {' to '.join(ends)})"
 
     def for_people(self) -> tuple[str, str, str, str]:

@@ -50,6 +50,7 @@ COMPLIANCE = ParameterEstimate(
             "8.5880e-9 m/N (95 %: 8.5710e-9 to 8.6050e-9)",
             "8.5880e-9 ± 8.6e-12 m/N",
         ),
+        (AT._replace(standard_deviation=0.0, low_95=0.37, high_95=0.37), "370 mm", "370 ± 0 mm"),
         (AT._replace(low_95=float("nan")), "370.000 ± 0.021 mm", "370.000 ± 0.021 mm"),
     ],
 )
