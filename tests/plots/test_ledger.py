@@ -202,9 +202,9 @@ TAKEN_UP = [NoiseNeeded(0.015, 0.99, 0.9)] * 2
             {
                 "noise_needed": TAKEN_UP,
                 "noise_needed_when_exact": NOISES,
-                "chi2_when_exact": [4.0, 1.0],
+                "chi2_when_exact": [1.0, 1.0],
             },
-            [60.0, 17.0],  # no prior of the noise goes beyond 30 %
+            [30.0, 17.0],
             "noise needed without model error, of the amplitude [%]",
         ),
     ],
