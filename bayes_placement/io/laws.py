@@ -149,7 +149,7 @@ def _of_text(path: Path) -> "pd.DataFrame":
     import pandas as pd
 
     table = pd.read_csv(path, skipinitialspace=True)
-    headings = [plain_name(name) for name in table]
+    headings = [plain_name(str(name)) for name in table]
     table.columns = pd.Index([name for name, _ in headings])
     units = {name: plain(unit) for name, unit in headings if unit}
     if "frequency" in units:
