@@ -19,6 +19,7 @@ from numpyro.distributions import Distribution
 from .._shared.errors import UsageError
 from .._shared.files import write_atomically
 from .._shared.ranges import described
+from ..criticism.missing._parameter_estimate import spoken
 from ..effects.effect import Effect
 from ..effects.library import EFFECTS, kind_of
 from ..experiment.experiment import Experiment
@@ -92,8 +93,11 @@ class CompletedModel(NamedTuple):
         last = ledger.steps[-1]
         means = {name: item.mean for name, item in last.parameters.items()}
         words = {
-            name: ", ".join(f"{word} {item.with_interval()}" for word, item in sizes.items())
-            for name, sizes in ((effect.name, last.estimates_of(effect.name)) for effect in added)
+            effect.name: ", ".join(
+                f"{spoken(word)} {item.with_interval()}"
+                for word, item in last.estimates_of(effect.name).items()
+            )
+            for effect in added
         }
         self.write_effects(experiment, added, words, means)
 

@@ -8,15 +8,16 @@ from pathlib import Path
 import pandas as pd
 from matplotlib.figure import Figure
 
-from .._shared.errors import UsageError
+from .._shared.errors import InputError, UsageError
 from ..experiment._measurement_words import counted
-from ..experiment.experiment import Experiment
+from ..experiment.experiment import Experiment, Measurements
 from ..experiment.measurement import Measurement
 from ..experiment.modal_parameters import ModalParameters
 from ..experiment.transducers import Transducer
 from ..io import formats, modal_parameters
 from ..io._gate import files_read
 from ..io._modal_arrays import holds_modal_parameters
+from ..io.model import Study
 from ..plots import measurement as measurement_plots
 from ..plots import structure as structure_plots
 from ..positions.bounds import position_text
@@ -38,12 +39,11 @@ def run(path: Path, data: Path | None, output: Output) -> int:
 
 
 def _show_model(path: Path, data: Path | None, output: Output) -> int:
-    screen = output.screen
+    screen, refused = output.screen, ""
     with files_read() as files:
         study = read_study(path)
         if data is not None:
-            measurement = read_measurement(data)
-            study = observing(study, measurement)._replace(measurement=measurement)
+            study, refused = _observing(study, read_measurement(data))
     run = output.begin("show", path, files=files)
     experiment = study.experiment
     screen.text(f"{experiment}\n")
@@ -56,6 +56,7 @@ def _show_model(path: Path, data: Path | None, output: Output) -> int:
         verdict = f"{experiment!r}; no measurement yet."
     elif isinstance(measured, ModalParameters):
         _list_modes(measured, run, screen)
+        screen.list([refused] if refused else [])
         verdict = f"{experiment!r}; {measured!r}"
     else:
         print_data_faults(screen, study, measured, run.fits)
@@ -66,6 +67,15 @@ def _show_model(path: Path, data: Path | None, output: Output) -> int:
     run.verdict(verdict)
     run.figures(*drawings)
     return run.finish(screen, verdict, {"channels": table.reset_index().to_dict("records")})
+
+
+def _observing(study: Study, measurement: Measurements) -> tuple[Study, str]:
+    """Let a study observe what was measured; where it cannot, both are shown, and why."""
+    measured = study._replace(measurement=measurement)
+    try:
+        return observing(measured, measurement), ""
+    except InputError as refusal:
+        return measured, str(refusal)
 
 
 def _show_file(path: Path, output: Output) -> int:

@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 from .._shared.compiled import compiled
 from .._shared.sites import is_unknown, substitute
 from ..effects.damping_layer import DampingLayer
-from ..effects.effect import Effect
+from ..effects.effect import AtPlace, Effect
 from ..effects.over import OverExtent
 from ..experiment.experiment import Experiment
 from ..modes.finite_elements.interpolation import Nearest
@@ -24,6 +24,9 @@ from ..positions.places import Place, Straight, mean
 from ..positions.vectors import PointsInSpace, Recorded, triple
 
 Values: TypeAlias = Mapping[str, np.ndarray]
+
+_OVER = (OverExtent, DampingLayer)
+"""Effects that act all over a part of the structure."""
 
 
 def locations(
@@ -57,9 +60,10 @@ def ends(effect: Effect, experiment: Experiment, values: Values, count: int) -> 
 
     Both ends of a strut and of a segment, of a box two opposite corners, the least first.
     """
-    places = [locations(effect, experiment, values, count, word) for word in effect.place_fields]
-    if not isinstance(effect, OverExtent | DampingLayer):
-        return [_as_read(place, experiment) for place in places]
+    fields = effect.place_fields
+    places = [locations_as_read(effect, experiment, values, count, field) for field in fields]
+    if not isinstance(effect, _OVER):
+        return places
     half = 0.5 * _edges(effect, experiment, values, count)
     corners = [places[0] - half, places[0] + half]
     bounds = experiment.structure.modes.bounds()
@@ -67,13 +71,45 @@ def ends(effect: Effect, experiment: Experiment, values: Values, count: int) -> 
     return corners if in_space(bounds) else [np.clip(corner, *bounds) for corner in corners]
 
 
-def _as_read(points: PointsInSpace, experiment: Experiment) -> PointsInSpace:
-    """Return the nodes [m] that stand for points where the motion is known at nodes alone."""
-    nodal = nodal_of(experiment.structure.modes)
-    if nodal is None or not isinstance(nodal.interpolation, Nearest):
+def locations_as_read(
+    effect: Effect, experiment: Experiment, values: Values, count: int, field: str = ""
+) -> PointsInSpace:
+    """Where an effect is felt [m], see `locations`: of nodes alone the nearest.
+
+    What reaches over a part is felt at all nodes of it, so that its middle need be none.
+    """
+    points = locations(effect, experiment, values, count, field)
+    nearest = _nodes_alone(effect, experiment)
+    if nearest is None:
         return points
-    read = jax.lax.map(nodal.interpolation.closest, jnp.asarray(points))
-    return np.where(np.isnan(points), points, read)
+    return np.where(np.isnan(points), points, jax.lax.map(nearest.closest, jnp.asarray(points)))
+
+
+def _nodes_alone(effect: Effect, experiment: Experiment) -> Nearest | None:
+    """Nodes at one of which an effect acts; None where the motion is known between them."""
+    nodal = nodal_of(experiment.structure.modes)
+    interpolation = None if nodal is None else nodal.interpolation
+    acts_at_one = isinstance(effect, AtPlace) and not isinstance(effect, _OVER)
+    return interpolation if isinstance(interpolation, Nearest) and acts_at_one else None
+
+
+def lengths_as_read(
+    effect: Effect, experiment: Experiment, values: Values, count: int
+) -> dict[str, np.ndarray]:
+    """Unknown coordinates of the nodes at which an effect acts, by name; none without nodes alone.
+
+    Arguments are those of `locations`.
+    """
+    read: dict[str, np.ndarray] = {}
+    are_nodes = _nodes_alone(effect, experiment) is not None
+    for unknown in experiment.unknowns_of(effect) if are_nodes else ():
+        place = getattr(effect, unknown.field)
+        if isinstance(place, Place):
+            points = locations_as_read(effect, experiment, values, count, unknown.field)
+            nodes, which = np.unique(points, axis=0, return_inverse=True)
+            lengths = [float(place.nearest(triple(node))[unknown.component]) for node in nodes]
+            read[unknown.name] = np.array(lengths)[which]
+    return read
 
 
 def _edges(
@@ -90,11 +126,11 @@ def _edges(
 
 
 def effect_locations(experiment: Experiment, means: Mapping[str, float]) -> dict[str, Recorded]:
-    """Where each effect of an experiment is [m], by name; those without a place are left out."""
+    """Where each effect of an experiment is felt [m], by name; those without a place not."""
     located: dict[str, Recorded] = {}
     values = {name: np.array([value]) for name, value in means.items()}
     for effect in experiment.effects:
-        (at,) = locations(effect, experiment, values, 1)
+        (at,) = locations_as_read(effect, experiment, values, 1)
         if np.isfinite(at).all():
             located[effect.name] = triple(at)
         elif np.isfinite(at[0]):

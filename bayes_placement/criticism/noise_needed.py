@@ -147,6 +147,14 @@ def neumann(residual: Rows, present: Present) -> tuple[float, float]:
     return scatter / squares, float(np.sqrt(count / VARIANCE_OF_RATIO))
 
 
+def over_noise(residual: Float[np.ndarray, "*datum"], present: Bool[np.ndarray, "*datum"]) -> float:
+    """Root mean square of residuals over the deviation of the noise.
+
+    The noise that is needed is so many times that of the fit, whose prior may end below it.
+    """
+    return float(np.sqrt(np.mean(residual[present] ** 2))) or 1.0  # data without noise
+
+
 TOO_FEW = (
     "The response itself changes by more than that from one line to the next, so that so few lines "
     "cannot tell noise from a misfit: take more lines (without --lines), or state the noise."

@@ -59,6 +59,8 @@ class ReadableUnit(NamedTuple):
 def _written(value: float, deviation: float, mean: float) -> str:
     if not np.isfinite(value):
         return "-"
+    if deviation == 0:
+        return f"{value:.7g}"
     is_small, is_large = abs(mean) < SMALL and deviation < SMALL, abs(mean) >= LARGE
     if deviation > 0 and (is_small or is_large):
         return _with_power(value, deviation)

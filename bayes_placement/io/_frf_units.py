@@ -40,6 +40,8 @@ _WORDS = {
     "g'": "g",
     "gs": "g",
     "hertz": "Hz",
+    "hz": "Hz",
+    "khz": "kHz",
     "radian": "rad",
     "degree": "deg",
     "per": "/",

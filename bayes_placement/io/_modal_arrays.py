@@ -189,7 +189,7 @@ def holds_modal_parameters(path: Path) -> bool:
         return measured_modes.holds_modes_alone(path)
     if kind in OF_ARRAYS:
         return holds_modes(path)
-    return kind == content.TEXT and HEADING in content.head_of(path)
+    return kind == content.TEXT and HEADING in content.head_of(path).lower().replace(" ", "_")
 
 
 def is_mapping(path: Path) -> bool:

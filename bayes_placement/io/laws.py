@@ -1,17 +1,19 @@
 """Laws line by line in files: CSV, and dataset 58 of universal files."""
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
 from .._shared.arguments import arguments_checked
 from .._shared.errors import InputError
 from .._shared.files import write_atomically
-from ..laws.tabulated import Tabulated
+from ..laws.tabulated import COMPLIANCES, Tabulated
 from ._contents import UNIVERSAL, content_of
-from ._frf_units import FORCE, LENGTH, plain
+from ._frf_units import FORCE, FREQUENCY, LENGTH, plain
 from ._gate import existing, path_of, reading
+from .arrays.text import plain_name
 from .uff._datasets import FUNCTION, Dataset, MeasurementFileError, load
 from .uff._units import FileUnits, check_abscissa, file_units
 from .uff._write import _function, _FunctionType, _record, _units
@@ -24,6 +26,11 @@ FRF = 4
 
 FORCES, MOTION = (13, 9), 8
 """Data types of an excitation or reaction force, and of a displacement."""
+
+UNITS = ("N/m", "N m/rad", *COMPLIANCES)
+"""Units of laws."""
+
+Known = TypeVar("Known", float, str)
 
 UNSTATED = ("", "NONE")
 
@@ -106,7 +113,8 @@ def read_law(path: str | Path) -> Tabulated:
     ----------
     path
         A CSV file with the columns `frequency` [Hz], `real` and `imaginary` [N/m] (of a rotation
-        [N m/rad]), and `unit` where they are another quantity; or a universal file with one
+        [N m/rad]), and `unit` where they are another quantity, which headings may state as well
+        (`Frequency [Hz]`); or a universal file with one
         frequency response of force over displacement, or of displacement over force (dataset 58).
 
     Returns
@@ -130,13 +138,37 @@ def read_law(path: str | Path) -> Tabulated:
     >>> bp.effects.attached(0.4, dist.LogUniform(0.5, 2.0) * pad).kind
     'attached: table'
     """
-    import pandas as pd
-
     file = existing(path_of(path), "a law in a CSV or universal file")
     with reading(file, "a law", "Export frequency [Hz], real and imaginary part again."):
         is_universal = content_of(file) == UNIVERSAL
-        table = _of_universal(file) if is_universal else pd.read_csv(file, skipinitialspace=True)
-        return Tabulated.from_table(table)
+        return Tabulated.from_table(_of_universal(file) if is_universal else _of_text(file))
+
+
+def _of_text(path: Path) -> "pd.DataFrame":
+    """Table of a CSV file, the units in its headings taken out of them."""
+    import pandas as pd
+
+    table = pd.read_csv(path, skipinitialspace=True)
+    headings = [plain_name(str(name)) for name in table]
+    table.columns = pd.Index([name for name, _ in headings])
+    units = {name: plain(unit) for name, unit in headings if unit}
+    if "frequency" in units:
+        table["frequency"] *= _known("frequency", units["frequency"], FREQUENCY)
+    parts = {units[part] for part in ("real", "imaginary") if part in units}
+    if parts:
+        stated = " and in ".join(sorted(parts))
+        table["unit"] = _known("law", stated, {plain(unit): unit for unit in UNITS})
+    return table
+
+
+def _known(what: str, unit: str, known: Mapping[str, Known]) -> Known:
+    """What a unit in a heading stands for; refuses one that is not known."""
+    if unit not in known:
+        raise InputError(
+            f"its headings say that the {what} is in {unit}; one of {', '.join(known)} is needed, "
+            "since a guessed unit would be a silent factor. Convert it."
+        )
+    return known[unit]
 
 
 def _of_universal(path: Path) -> "pd.DataFrame":

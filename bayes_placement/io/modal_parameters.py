@@ -1,7 +1,7 @@
 """Measured modal parameters: from universal files, tables of text and pyOMA2, and as tables."""
 
 import csv
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from ..experiment.modal_parameters import ModalParameters
 from ..positions.channel import Channel, Channels
 from . import _contents as content
 from . import _modal_arrays
+from ._frf_units import plain
 from ._gate import existing, path_of, reading
 from .arrays import text
 from .uff import modes as measured_modes
@@ -274,7 +275,7 @@ def _columns(measured: ModalParameters) -> dict[str, list[object]]:
 
 def _of_table(path: Path) -> Arguments:
     table = text.load(path)
-    arrays = table.arrays
+    arrays = _by_column(table.arrays)
     if FREQUENCY not in arrays:
         raise InputError(
             f"the table has the columns {', '.join(arrays)} and no {FREQUENCY}; a row for each "
@@ -282,7 +283,7 @@ def _of_table(path: Path) -> Arguments:
             "natural_frequency [Hz], natural_frequency_deviation [Hz], damping_ratio, "
             "damping_ratio_deviation, shape s1, shape_deviation s1."
         )
-    _check_units(table.units)
+    _check_units(table.arrays, table.units)
     labels = [name.removeprefix(SHAPE) for name in arrays if name.startswith(SHAPE)]
     errors = [arrays.get(f"shape{DEVIATION} {label}") for label in labels]
     nothing = np.full(arrays[FREQUENCY].shape, np.nan)
@@ -301,10 +302,35 @@ def _of_table(path: Path) -> Arguments:
     }
 
 
-def _check_units(units: Mapping[str, str]) -> None:
-    for name, unit in units.items():
+def _by_column(arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Arrays by the names of columns, which their headings may write otherwise."""
+    columns: dict[str, np.ndarray] = {}
+    for heading, values in arrays.items():
+        name = _column(heading)
+        if name in columns:
+            raise InputError(f"two columns are {name!r}, and either could be meant")
+        columns[name] = values
+    return columns
+
+
+def _column(heading: str) -> str:
+    """Name of a column by its heading: `Natural frequency` is `natural_frequency`."""
+    first, _, label = heading.partition(" ")
+    if first.lower() in (SHAPE.strip(), f"shape{DEVIATION}") and label:
+        return f"{first.lower()} {label}"
+    name, _ = text.plain_name(heading)
+    quantity = name.removesuffix(DEVIATION)
+    return _IN_SHORT.get(quantity, quantity) + name.removeprefix(quantity)
+
+
+_IN_SHORT = {"frequency": FREQUENCY, "damping": DAMPING}
+
+
+def _check_units(headings: Iterable[str], units: Mapping[str, str]) -> None:
+    for heading in headings:
+        name, unit = _column(heading), units.get(heading) or text.plain_name(heading)[1]
         needed = {FREQUENCY: "Hz", DAMPING: "1"}.get(name.removesuffix(DEVIATION))
-        if needed is not None and unit != needed:
+        if needed is not None and unit is not None and plain(unit) != needed:
             raise InputError(
                 f"the column {name} is in [{unit}]; [{needed}] is needed, since nothing is "
                 "converted here. Convert it, percentages by a division by 100."

@@ -41,8 +41,7 @@ def told_misfit(steps: Sequence[Json]) -> Falling:
     if is_noise_known:
         return Falling(squares.tolist(), f"reduced chi-square{without} [1]")
     noises = [step[f"{noise}{end}"] for step in steps]
-    # A prior may end below the noise that is needed: residuals are larger then.
-    shares = 100 * _numbers(noises, "relative") * np.sqrt(squares)
+    shares = 100 * _numbers(noises, "relative")
     words = f"noise needed{without}, of the amplitude [%]", "noise that the best fit needs"
     floor = float(shares[-1] / _numbers(noises, "over_scatter")[-1])
     return Falling(shares.tolist(), *words, floor, "scatter of neighbouring lines")

@@ -1,6 +1,7 @@
 """Panels of a figure, what their axes have in common, and one legend for all of them."""
 
 import itertools
+import textwrap
 from collections import ChainMap
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, TypeVar
@@ -55,6 +56,9 @@ CROWDED = 0.2
 LETTER = 0.06
 """Width of a letter of a legend [inch]."""
 
+LINE, USUAL_LINES = 0.17, 4
+"""Height of a line of a legend [inch], and lines for which a figure has room beside its panels."""
+
 HANDLE = 7
 """Letters for which the handle of a legend entry takes the room."""
 
@@ -107,12 +111,20 @@ class Panels(NamedTuple):
                 axes.text(0.5, 0.5, "nothing of this kind is unknown", ha="center", va="center")
                 axes.set_axis_off()
         labels, handles = list(entries), list(entries.values())
+        width, height = self.figure.get_size_inches()
         if entries and self.is_new:
-            columns = _columns(labels, self.figure.get_figwidth() / self.figure.letters)
+            width = width / self.figure.letters
+            columns = _columns(labels, width)
+            broken = [_broken(label, width) for label in labels]
+            lines = max(sum(map(_lines, part)) for part in np.array_split(broken, columns))
+            higher = height + LINE * self.figure.letters * max(0, lines - USUAL_LINES)
+            self.figure.set_figheight(max(height, min(higher, PAGE)))
             place = {"loc": "outside upper center", "ncols": columns}
-            self.figure.legend(handles, labels, fontsize="small", **place)
+            self.figure.legend(handles, broken, fontsize="small", **place)
         elif entries:
-            self.axes.flat[0].legend(handles, labels, fontsize="small")
+            first = self.axes.flat[0]
+            broken = [_broken(label, width * first.get_position().width) for label in labels]
+            first.legend(handles, broken, fontsize="small")
         return self.figure
 
 
@@ -327,3 +339,12 @@ def _columns(labels: list[str], width: float) -> int:
         if letters * LETTER <= width:
             return count
     return 1
+
+
+def _broken(label: str, width: float) -> str:
+    """Label in lines that fit a width [inch] behind the handle."""
+    return textwrap.fill(label, max(HANDLE, int(width / LETTER) - 2 * HANDLE))
+
+
+def _lines(label: str) -> int:
+    return label.count("\n") + 1

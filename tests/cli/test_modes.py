@@ -64,6 +64,18 @@ def test_a_model_is_shown_with_the_modes_that_are_given(modes, tmp_path):
     )
 
 
+def test_modes_at_channels_that_the_model_does_not_know_are_shown_with_what_to_do(modes, tmp_path):
+    model = written(tmp_path, MODEL.replace('f"s{n}"', 'f"left{n}"'))
+    done = run("show", model, "--data", modes, "--out", tmp_path / "out")
+    assert done.exit_code == 0, (done.output, done.exception)
+    assert (tmp_path / "out" / "modes.csv").is_file()
+    assert (tmp_path / "out" / "geometry.png").is_file()
+    words = " ".join(done.output.split())
+    assert "left0" in words and "4 modes from" in words
+    assert "shapes at s0, s1, s2, s3, but the sensors of the model are left0" in words
+    assert "Rename a channel" in words
+
+
 def test_places_are_not_compared_by_modes(modes, tmp_path):
     done = run("place", written(tmp_path, MODEL), "--data", modes, "--out", tmp_path / "out")
     assert done.exit_code == 2

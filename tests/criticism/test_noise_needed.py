@@ -20,6 +20,7 @@ from bayes_placement.criticism.noise_needed import (
 )
 from bayes_placement.experiment.variants import with_lines
 from bayes_placement.inference.engines.map import MAP
+from bayes_placement.plots._falling import told_misfit
 from tests.criticism.small import MASS, TRUTH, experiment, measured
 
 RUNS, ROWS, LINES = 400, 6, 80
@@ -122,7 +123,7 @@ def of_unknown_noise():
 FINE = np.linspace(30.0, 700.0, 600)
 
 
-def of_many_lines(*hidden):
+def of_many_lines(*hidden, greatest=0.5):
     """An experiment of unknown noise, and a fine record of it with 1 % of noise."""
     exact = experiment()
     whole = bp.Experiment(
@@ -131,7 +132,7 @@ def of_many_lines(*hidden):
         actuators=list(exact.actuator.values()),
         frequency=FINE,
         observe=exact.observe,
-        noise=bp.noise.Relative(dist.LogUniform(1e-3, 0.5)),
+        noise=bp.noise.Relative(dist.LogUniform(1e-3, greatest)),
     )
     true = whole.fix(TRUTH | {"noise.ratio": 0.01})
     for effect in hidden:
@@ -163,6 +164,18 @@ def test_a_model_keeps_the_noise_that_it_needs_without_its_model_error():
     model = fitted_model(with_errors(exact, errors), {})
     needed = model.noise_needed_when_exact.relative
     assert needed == noise_needed(exact).relative > 2 * model.noise_needed.relative
+
+
+@pytest.mark.filterwarnings("ignore::bayes_placement.inference.infer.InferenceWarning")
+def test_the_noise_that_is_needed_does_not_end_with_its_prior():
+    """A table tells what the figure shows: residuals beyond the prior of the noise."""
+    narrow, record = of_many_lines(MASS, greatest=0.02)
+    ended = null_hypothesis(narrow, narrow.data(record))
+    needed = noise_needed(ended).relative
+    assert needed == pytest.approx(0.02 * ended.chi2_per_datum**0.5, rel=0.05) and needed > 0.1
+    assert told_misfit([fitted_model(ended, {}).to_json()]).values == [100 * needed]
+    misfit = bp.check(bp.infer(narrow, record, engine=MAP(starts=4)))
+    assert misfit.noise_needed.relative == pytest.approx(needed, rel=0.05)
 
 
 @pytest.mark.filterwarnings("ignore::bayes_placement.inference.infer.InferenceWarning")

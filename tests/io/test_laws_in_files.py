@@ -1,5 +1,7 @@
 """Laws line by line: what is written is read back, and what is no law is refused."""
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -30,6 +32,37 @@ def test_a_law_is_read_back(tmp_path, unit, name):
     law = bp.io.read_law(tmp_path / name)
     np.testing.assert_array_equal(law.frequency, LINES)
     np.testing.assert_allclose(law.stiffness, STIFFNESS, rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("headings", "factor"),
+    [
+        ("Frequency [Hz],Real [N/m],Imaginary [N/m]", 1.0),
+        ("frequency_hz,real,imaginary", 1.0),
+        ("FREQUENCY (kHz),Real (m/N),Imaginary (m/N)", 1e3),
+    ],
+)
+def test_headings_of_a_law_may_state_units(tmp_path, headings, factor):
+    of_unit = table("m/N" if "m/N" in headings else "N/m").drop(columns="unit")
+    of_unit["frequency"] /= factor
+    of_unit.to_csv(tmp_path / "law.csv", index=False, header=headings.split(","))
+    law = bp.io.read_law(tmp_path / "law.csv")
+    np.testing.assert_allclose(law.frequency, LINES)
+    np.testing.assert_allclose(law.stiffness, STIFFNESS)
+
+
+@pytest.mark.parametrize(
+    ("headings", "words"),
+    [
+        ("frequency [s],real,imaginary", "frequency is in s; one of Hz"),
+        ("frequency,real [kN/m],imaginary [kN/m]", "law is in kN/m; one of N/m"),
+        ("frequency,real [N/m],imaginary [m/N]", "law is in N/m and in m/N"),
+    ],
+)
+def test_units_in_headings_of_a_law_are_never_guessed(tmp_path, headings, words):
+    (tmp_path / "law.csv").write_text(f"{headings}\n10,1,0\n20,1,0\n")
+    with pytest.raises(InputError, match=re.escape(words)):
+        bp.io.read_law(tmp_path / "law.csv")
 
 
 def test_the_header_of_a_universal_file_states_what_it_holds(tmp_path):

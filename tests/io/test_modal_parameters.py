@@ -45,6 +45,32 @@ def test_a_table_typed_by_hand_takes_relative_deviations(tmp_path):
     assert np.isnan(read.damping_ratio).all()
 
 
+@pytest.mark.parametrize(
+    "headings",
+    [
+        "Natural frequency [Hz],Natural frequency deviation [Hz],Damping ratio [1],Shape s1",
+        "natural_frequency_hz,natural_frequency_deviation_hz,damping_ratio,shape s1",
+        "Frequency (Hz),Frequency deviation (HZ),Damping,shape s1",
+    ],
+)
+def test_headings_of_a_table_may_be_written_in_other_letters(tmp_path, headings):
+    path = tmp_path / "modes.csv"
+    path.write_text(f"{headings}\n12.5,0.1,0.01,1\n31,0.2,0.02,2\n")
+    read = bp.io.modal_parameters.read(path, damping_deviation=0.1, shape_deviation=0.05)
+    np.testing.assert_array_equal(read.natural_frequency, FREQUENCY)
+    np.testing.assert_allclose(read.deviation[0], [0.1, 0.2])
+    np.testing.assert_array_equal(read.damping_ratio, [0.01, 0.02])
+    assert [channel.label for channel in read.sensors] == ["s1"]
+    assert holds_modal_parameters(path) == ("atural" in headings)
+
+
+def test_two_columns_of_one_quantity_are_refused(tmp_path):
+    path = tmp_path / "modes.csv"
+    path.write_text("Frequency [Hz],natural_frequency [Hz]\n12.5,12.6\n")
+    with pytest.raises(InputError, match="two columns are 'natural_frequency'"):
+        bp.io.modal_parameters.read(path, frequency_deviation=0.01)
+
+
 def test_normal_modes_of_a_hand_typed_universal_file(tmp_path):
     path = tmp_path / "typed.uff"
     path.write_text(HAND_TYPED)

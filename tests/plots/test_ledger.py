@@ -202,9 +202,9 @@ TAKEN_UP = [NoiseNeeded(0.015, 0.99, 0.9)] * 2
             {
                 "noise_needed": TAKEN_UP,
                 "noise_needed_when_exact": NOISES,
-                "chi2_when_exact": [4.0, 1.0],
+                "chi2_when_exact": [1.0, 1.0],
             },
-            [60.0, 17.0],  # no prior of the noise goes beyond 30 %
+            [30.0, 17.0],
             "noise needed without model error, of the amplitude [%]",
         ),
     ],
@@ -470,6 +470,20 @@ def test_one_noise_of_all_models_is_one_entry_of_the_legend():
     noises = [curve for curve in figure.axes[1].lines if curve.get_label() == "noise"]
     assert {curve.get_linestyle() for curve in noises} == {"-"}
     np.testing.assert_array_equal(noises[0].get_ydata(), shared[0, 0])
+
+
+@pytest.mark.parametrize("effects", [1, 2, 6])
+def test_a_legend_of_long_names_stays_within_the_figure_and_beside_the_panels(effects):
+    long = f"with {' and '.join(['attached: (spring + dashpot) - mass'] * effects)}"
+    datasets = {AS_DRAWN: fit(3), "as given": fit(1), long: fit(2)}
+    one_pair = {name: dataset.isel(sensor=[0]) for name, dataset in datasets.items()}
+    figure = drawn(ledger_plots.before_and_after(one_pair))
+    legend, (upper, lower) = figure.legends[0].get_window_extent(), figure.axes
+    assert 0 < legend.x0 < legend.x1 < figure.bbox.width and legend.y1 <= figure.bbox.height
+    assert upper.get_tightbbox().y1 <= legend.y0
+    inches = [panel.get_window_extent().height / figure.dpi for panel in (upper, lower)]
+    assert min(inches) > 1.5
+    assert figure.get_figheight() <= 11.0
 
 
 def test_marks_at_the_edge_tell_where_the_model_as_drawn_lies_outside():

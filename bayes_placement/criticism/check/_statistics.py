@@ -11,7 +11,7 @@ from scipy.special import ndtr
 from ..._shared.sites import Role
 from ...inference.chi2 import Chi2
 from ...inference.output_residuals import Chosen, FRFParts, Residuals
-from ..noise_needed import NoiseNeeded, is_misfit_alike, over_scatter, relative_size
+from ..noise_needed import NoiseNeeded, is_misfit_alike, over_noise, over_scatter, relative_size
 from .correlation import band, fdac, frac
 
 OF_COHERENCE = {"noise factor", "noise coherence"}
@@ -25,20 +25,22 @@ def noise_needed(data: Residuals, posterior: xr.DataTree) -> NoiseNeeded | None:
     parts = None if data.measured.shape[-1] == 1 else -1
     scale = np.where(data.present, data.scale, 0.0) if parts else data.scale
     everywhere = np.ones(data.residual.shape[:3], dtype=bool)
+    scatter = _scatter_over_noise(data)
+    beyond = over_noise(data.residual / data.scale, data.present)
     factors = [
-        float(np.median(draws))
+        beyond * float(np.median(draws))
         for draws in posterior["posterior"].data_vars.values()
         if draws.attrs.get("role") == Role.OUTPUT_ERROR.value
         and f"{draws.attrs['owner']} {draws.attrs['field']}" in OF_COHERENCE
     ]
     return NoiseNeeded(
-        relative_size(scale, data.measured, parts),
+        relative_size(beyond * scale, data.measured, parts),
         *scatter_of(data, everywhere),
         over_coherence=factors[0] if factors else float("nan"),
         is_misfit_alike=is_misfit_alike(
-            _rows_of_runs(data, data.measured / data.scale),
+            _rows_of_runs(data, data.measured / data.scale) / beyond,
             _rows_of_runs(data, data.present),
-            _scatter_over_noise(data),
+            None if scatter is None else scatter / beyond,
         ),
     )
 

@@ -21,6 +21,9 @@ from ...inference.output_residuals import Residuals
 from ._residuals import residuals
 
 AMPLITUDES, LENGTHS = 24, 16
+FEWEST_LINES = 5
+"""Lines from which on unknown noise is told from a smooth part, which fits fewer by itself."""
+
 _VARIANCE_NOT_MEASURED = 1e12
 _ZERO_AMPLITUDE = 1e-6
 _SIGNIFICANT = float(-ndtri(0.025))
@@ -75,6 +78,8 @@ def of(data: Residuals) -> xr.Dataset:
     dataset = xr.Dataset({name: data.labelled(x, **unit) for name, x in lines.items()})
     if data.is_modal:  # modes have no neighbours between which anything were smooth
         dataset = dataset.where(False)
+    fewest = min(np.sum(data.force_level == level) for level in levels)
+    if data.is_modal or (data.deviation is None and fewest < FEWEST_LINES):
         significant = np.zeros_like(significant)
     dataset["significant"] = data.labelled_lines(significant) > 0
     present = data.present[..., 0]

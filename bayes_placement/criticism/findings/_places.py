@@ -21,7 +21,7 @@ from ...positions.bounds import in_space
 from ...positions.places import coordinates
 from ...positions.vectors import unit_vector
 from ..fitted import with_arrays
-from ..locations import locations
+from ..locations import locations_as_read
 
 DRAWS = 400
 """Draws of a position that are kept."""
@@ -101,7 +101,7 @@ def _effect_row(effect: Effect, experiment: Experiment, draws: JointDraws) -> Ro
     thinned = {
         name: np.asarray(values)[_rows(len(values), count)] for name, values in draws.items()
     }
-    positions = locations(effect, experiment, thinned, count)
+    positions = locations_as_read(effect, experiment, thinned, count)
     on_line = np.isnan(positions[:, 1:]).all() and np.isfinite(positions[:, 0]).all()
     filled = np.where(np.isnan(positions), 0.0, positions) if on_line else positions
     nowhere = np.full((DRAWS, 3), np.nan)

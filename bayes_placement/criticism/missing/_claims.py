@@ -12,7 +12,7 @@ from ...effects.library import EFFECTS, kind_of
 from ...effects.registry import inserted, modulus
 from ...laws.catalogue import canonical
 from ...laws.law import Law, Scaled
-from ._estimates import PERCENTILES, drawn_places, estimates, laplace
+from ._estimates import PERCENTILES, drawn_places, estimates, laplace, places_at
 from ._hypotheses import Hypothesis
 from ._parameter_estimate import ParameterEstimate, number_or_none
 from ._posterior_odds import Comparison
@@ -85,7 +85,7 @@ def _entry(
     experiment = hypothesis.problem.experiment
     placed = next(each for each in experiment.effects if each.name == effect.name)
     numbers = {item.word: item for item in parameters.values() if item.effect == effect.name}
-    places = drawn_places(placed, hypothesis)
+    means = {name: np.array([item.mean]) for name, item in parameters.items()}
     law = _law(effect.name, hypothesis)
     return {
         "name": kind_of(effect) if kind_of(effect) in EFFECTS else "network",
@@ -93,8 +93,11 @@ def _entry(
         "acts_on": placed.acts_on,
         "on": placed.setting(experiment.structure.modes, experiment.instruments),
         "direction": _direction(placed),
-        "place_m": [np.mean(draws, axis=0).tolist() for draws in places],
-        "place_95_m": [np.percentile(draws, PERCENTILES, axis=0).T.tolist() for draws in places],
+        "place_m": [place[0].tolist() for place in places_at(placed, experiment, means)],
+        "place_95_m": [
+            np.percentile(draws, PERCENTILES, axis=0).T.tolist()
+            for draws in drawn_places(placed, hypothesis)
+        ],
         "law": None if law is None else repr(law),
         "law_tree": None if law is None else canonical(law.tree()),
         "parameters": {word: item.to_json() for word, item in numbers.items()},

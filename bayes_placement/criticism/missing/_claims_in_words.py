@@ -11,13 +11,10 @@ from ...laws.catalogue import WORDS
 from ...laws.elements import typed
 from ...laws.law import Element, Group, Law, Scaled
 from ...laws.symbols import Number, numbers
-from ._parameter_estimate import ParameterEstimate, spoken
+from ._parameter_estimate import PLACES, ParameterEstimate, spoken
 
 Entry = Json
 """An entry of `effects` in a file; see `_claims.py`."""
-
-PLACES = ("at", "to")
-"""Fields that are told as places."""
 
 
 class Numbered(NamedTuple):

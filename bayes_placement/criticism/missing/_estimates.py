@@ -9,7 +9,7 @@ from ...effects.compliant_support import CompliantSupport
 from ...effects.effect import AtPlace, Effect
 from ...experiment.experiment import Experiment
 from ...inference.estimates import scalars
-from ..locations import ends, locations
+from ..locations import Values, ends, lengths_as_read, locations
 from ._hypotheses import Hypothesis
 from ._parameter_estimate import AT, ParameterEstimate
 
@@ -41,8 +41,12 @@ def estimates(
     problem = hypothesis.problem
     drawn = laplace(hypothesis) if points is None else points
     outer = drawn.mean(axis=0) + SIDES[:, None] * drawn.std(axis=0)
-    values, sides = problem.coordinates.named(drawn), problem.coordinates.named(outer)
-    return {
+    values, sides, best = (
+        problem.coordinates.named(each) for each in (drawn, outer, hypothesis.fit.point[None])
+    )
+    nodes = [_at_nodes(hypothesis, each) for each in (values, sides, best)]
+    values, sides = values | nodes[0], sides | nodes[1]
+    told = {
         name: estimate
         for unknown in problem.experiment.unknowns
         if unknown.role is not Role.MODEL_ERROR
@@ -50,6 +54,15 @@ def estimates(
             unknown, values[unknown.name], sides[unknown.name], problem.experiment
         )
     }
+    # A mean of nodes is none: the node is that of the best fit.
+    return told | {name: told[name]._replace(mean=float(at[0])) for name, at in nodes[2].items()}
+
+
+def _at_nodes(hypothesis: Hypothesis, values: Values) -> dict[str, np.ndarray]:
+    """Places of all effects as the nodes that are read, by the names of their coordinates."""
+    experiment, count = hypothesis.problem.experiment, len(next(iter(values.values()), ()))
+    read = [lengths_as_read(effect, experiment, values, count) for effect in experiment.effects]
+    return {name: lengths for each in read for name, lengths in each.items()}
 
 
 def sizes(hypothesis: Hypothesis) -> dict[str, ParameterEstimate]:
@@ -121,11 +134,14 @@ def _of_pairs(word: str, words: Sequence[str], experiment: Experiment) -> Sequen
 
 def drawn_places(effect: Effect, hypothesis: Hypothesis) -> list[np.ndarray]:
     """Draws of each place of an effect [draw, coordinate]; of a part its two ends or corners."""
+    values = hypothesis.problem.coordinates.named(laplace(hypothesis))
+    return places_at(effect, hypothesis.problem.experiment, values)
+
+
+def places_at(effect: Effect, experiment: Experiment, values: Values) -> list[np.ndarray]:
+    """Each place of an effect [point, coordinate] at points; of a part its two ends or corners."""
     if not isinstance(effect, AtPlace | CompliantSupport):
         return []
-    problem = hypothesis.problem
-    values = problem.coordinates.named(laplace(hypothesis))
-    count = len(next(iter(values.values())))
-    known = effect, problem.experiment, values, count
+    known = effect, experiment, values, len(next(iter(values.values())))
     places = [locations(*known)] if isinstance(effect, CompliantSupport) else ends(*known)
     return [place[:, np.isfinite(place).all(axis=0)] for place in places]

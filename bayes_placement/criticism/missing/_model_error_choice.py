@@ -220,7 +220,7 @@ def deepened(
             break
         if not may_explain(comparison, depth, further_effects, question.level):
             break
-        must_explain = further_effects == 1 and np.isfinite(rival)
+        must_explain = further_effects == 1 and bool(np.isfinite(rival))
         comparison = deeper(question, comparison, depth, breadth, tick, must_explain)
         question.seen(comparison)
     return comparison

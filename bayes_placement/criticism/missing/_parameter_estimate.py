@@ -10,6 +10,9 @@ from ...inference.units import ReadableUnit, readable
 AT = " at "
 """Stands in a word before the channels that a number is of."""
 
+PLACES = ("at", "to")
+"""Fields that are told as places."""
+
 AXES = {"1": "x", "2": "y", "3": "z"}
 """Axes in space by the number of a component."""
 
@@ -55,6 +58,8 @@ class ParameterEstimate(NamedTuple):
         if not np.isfinite([self.low_95, self.high_95]).all():
             return str(self)
         _, *ends, _ = self.for_people()
+        if self.low_95 == self.high_95:
+            return self.in_short()
         return f"{self.in_short()} (95 %: {' to '.join(ends)})"
 
     def for_people(self) -> tuple[str, str, str, str]:
@@ -90,7 +95,12 @@ class ParameterEstimate(NamedTuple):
 
 
 def spoken(word: str) -> str:
-    """Write the name of a component of a vector as people say it: extent along x for extent.1."""
+    """Write a path as people say it: extent along x for extent.1, at x for at.x, at for at.along.
+
+    The distance along a member needs no name: the setting says which member it is.
+    """
+    if word.partition(".")[0] in PLACES:
+        return word.removesuffix(".along").replace(".", " ")
     field, _, number = word.rpartition(".")
     return f"{field} along {AXES[number]}" if field and number in AXES else word
 

@@ -15,6 +15,7 @@ from ..noise_needed import (
     NoiseNeeded,
     Rows,
     is_misfit_alike,
+    over_noise,
     over_scatter,
     relative_size,
     share_of_noise,
@@ -25,14 +26,6 @@ OF_COHERENCE = ("factor", "coherence")
 """Fields of a noise that are factors on what the coherence says."""
 
 
-def scatter(hypothesis: Hypothesis) -> tuple[float, float]:
-    """Residuals at the best fit over the scatter of neighbouring lines, and the p-value.
-
-    With an earlier state, those of the later one, which come first.
-    """
-    return over_scatter(*_rows(hypothesis))
-
-
 def neumann_of(hypothesis: Hypothesis) -> tuple[float, float]:
     """Share of noise in the residuals at the best fit, and the inverse of its deviation."""
     ratio, certainty = share_of_noise(*_rows(hypothesis))
@@ -40,7 +33,10 @@ def neumann_of(hypothesis: Hypothesis) -> tuple[float, float]:
 
 
 def _rows(hypothesis: Hypothesis) -> tuple[Rows, np.ndarray, Rows | None]:
-    """Residuals along sorted lines, which were measured, and the scatter of lines of the record."""
+    """Residuals along sorted lines, which were measured, and the scatter of lines of the record.
+
+    With an earlier state, those of the later one, which come first.
+    """
     problem = hypothesis.problem
     present, scatter = np.asarray(problem.data.measured), problem.data.scatter
     over = None if scatter is None else np.asarray(scatter) / _deviation_at_fit(hypothesis)
@@ -83,21 +79,24 @@ def noise_needed(hypothesis: Hypothesis) -> NoiseNeeded | None:
     if hypothesis.is_noise_known:
         return None
     problem = hypothesis.problem
-    at_fit, deviation = _at_fit(hypothesis), _deviation_at_fit(hypothesis)
-    data, experiment = problem.data, problem.at_fixed_sizes
+    data, experiment, at_fit = problem.data, problem.at_fixed_sizes, _at_fit(hypothesis)
+    residual, present, scatter = _rows(hypothesis)
+    beyond = over_noise(residual, present)
+    deviation = beyond * _deviation_at_fit(hypothesis)
     factors = [
-        float(at_fit[unknown.name])
+        beyond * float(at_fit[unknown.name])
         for unknown in experiment.unknowns
         if unknown.role is Role.OUTPUT_ERROR and unknown.field in OF_COHERENCE
     ]
     part = -2 if experiment.observe.parts > 1 else None
-    present = np.asarray(data.measured)
     return NoiseNeeded(
-        relative_size(np.where(present, deviation, 0.0), np.asarray(data.z), part),
-        *scatter(hypothesis),
+        relative_size(np.where(data.measured, deviation, 0.0), np.asarray(data.z), part),
+        *over_scatter(residual, present, scatter),
         over_coherence=factors[0] if factors else float("nan"),
         is_misfit_alike=is_misfit_alike(
-            _along_lines(problem, np.asarray(data.z) / deviation), *_rows(hypothesis)[1:]
+            _along_lines(problem, np.asarray(data.z) / deviation),
+            present,
+            None if scatter is None else scatter / beyond,
         ),
     )
 

@@ -179,7 +179,7 @@ class FittedModel:
         estimates = [(word, item) for word, item in of_effect if not item.is_of_channels]
         sizes = {word: item.in_short() for word, item in estimates if not _is_place(effect, item)}
         places = [
-            f"{word.replace('.', ' ')} {item.in_short()}"
+            f"{spoken(word)} {item.in_short()}"
             for word, item in estimates
             if _is_place(effect, item)
         ]

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from ...inference.residuals import Problem, at_known_noise
 from ..kept_fits import NONE, stored_or_computed
@@ -45,15 +45,22 @@ class LeftInBands(NamedTuple):
     measured: Int[np.ndarray, "edge"]
     products: Float[np.ndarray, "edge row column column"]
     points: Float[np.ndarray, "row unknown"]
+    is_noise_known: Bool[np.ndarray, ""]
 
     def any_law(self, low: float, high: float) -> Float[np.ndarray, "row"]:
-        """Share of the misfit above noise of a band [Hz] that any law could remove [1]."""
+        """Share of the misfit above noise of a band [Hz] that any law could remove [1].
+
+        Of unknown noise, which the model may have taken for a misfit, that of all residuals: a law
+        takes as large a share of what is left as of the data.
+        """
         first, last = self._ends(low, high)
         measured = self.measured[last] - self.measured[first]
         freed = OF_LAW * (self.edges[last] - self.edges[first])
         given, *left = _left(self.products[last] - self.products[first], self.points)
-        above = given - measured
-        gained = given - np.array(left) - freed
+        if self.is_noise_known:
+            above, gained = given - measured, given - np.array(left) - freed
+        else:
+            above, gained = given, given - np.array(left) * measured / max(measured - freed, 1)
         return np.clip(gained / above, 0.0, 1.0) if above > 0 else 0.0 * gained
 
     def _ends(self, low: float, high: float) -> tuple[int, int]:
@@ -72,7 +79,7 @@ def _left(products: Products, points: Points) -> Float[np.ndarray, "row"]:
     return (moved.transpose(0, 2, 1) @ products @ moved)[:, 0, 0]
 
 
-_LAYOUT = LeftInBands(NONE, NONE, NONE, NONE, NONE)
+_LAYOUT = LeftInBands(NONE, NONE, NONE, NONE, NONE, NONE)
 """Its structure alone matters."""
 
 
@@ -80,6 +87,8 @@ def left_in_bands(
     problem: Problem, point: Point, reaches: Sequence[ReachOfPort | ReachOfEffect]
 ) -> LeftInBands | None:
     """Return what laws leave in bands; None of amplitudes and modes, and of two states."""
+    noise = problem.experiment.noise
+    is_noise_known = noise is not None and noise.deviation(problem.data) is not None
     problem, point = at_known_noise(problem, point)
     is_known = problem.baseline is None and tells_phase(problem)
     at_ports = [reached for reached in reaches if isinstance(reached, ReachOfPort)]
@@ -96,9 +105,10 @@ def left_in_bands(
         frequency = np.asarray(problem.experiment.frequency, float)
         measured = np.cumsum([0, *measured_by_line(problem)])[edges]
         from_zero = np.concatenate([0 * summed[:1], summed])
-        return LeftInBands(frequency, edges, measured, from_zero, np.concatenate(points))
+        of_rows = from_zero, np.concatenate(points)
+        return LeftInBands(frequency, edges, measured, *of_rows, np.array(is_noise_known))
 
-    return stored_or_computed(computed, _LAYOUT, problem, point)
+    return stored_or_computed(computed, _LAYOUT, problem, point, is_noise_known)
 
 
 def _edges(problem: Problem, rows: int) -> Edges:

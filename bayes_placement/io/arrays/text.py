@@ -30,6 +30,7 @@ _UNIT = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]]*)[\])]\s*")
 _ARGUMENT = re.compile(
     r"(re|real|im|imag|abs|mag|arg|angle|phase)\((H|FRF)\w*\)", re.IGNORECASE
 )  # of a function, which is no unit
+_FREQUENCY_UNITS = {"hz": "Hz", "khz": "kHz"}
 _SEPARATORS = ("\t", ";", ",")
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 _NUMBER = re.compile(r"[+-]?(\d++\.?\d*+|\.\d++)([eEdD][+-]?\d++)?|nan|[+-]?inf", re.I | re.ASCII)
@@ -121,6 +122,18 @@ def split_unit(heading: str) -> tuple[str, str | None]:
     if match is None or not match["name"] or _ARGUMENT.fullmatch(heading.strip()):
         return heading, None
     return match["name"], match["unit"].strip()
+
+
+def plain_name(heading: str) -> tuple[str, str | None]:
+    """Name of a heading in small letters with _ for blanks, and its unit, None where it has none.
+
+    `Frequency [Hz]` and `frequency_hz` are one.
+    """
+    name, unit = split_unit(heading)
+    *words, last = re.split(r"[\s_]+", name.strip().lower())
+    if words and last in _FREQUENCY_UNITS:
+        return "_".join(words), unit or _FREQUENCY_UNITS[last]
+    return "_".join([*words, last]), unit
 
 
 def is_number(cell: str) -> bool:

@@ -14,9 +14,9 @@ from typing import NamedTuple
 from ..._shared.errors import InputError
 from ..._shared.files import Json
 from ...experiment.quantities import QUANTITIES
-from .._frf_units import plain
+from .._frf_units import FREQUENCY, plain
 from ..arrays import NamedArrays
-from ..arrays.text import split_unit
+from ..arrays.text import plain_name, split_unit
 from ._toml_fields import TomlTable
 from .mapping import PARTS, PARTS_NEEDED, Mapping, of_table
 
@@ -158,8 +158,16 @@ def _mapping(source: NamedArrays, fields: Json) -> Mapping:
 
 
 def _frequency(source: NamedArrays) -> Json:
-    name = next((name for name in source.arrays if name.lower() == "frequency"), None)
-    return {} if name is None else {"frequency": name}
+    """Array of the lines: called frequency, or the only one called so in short, with its unit."""
+    named = {name: plain_name(name) for name in source.arrays}
+    whole = [name for name, (word, _) in named.items() if word == "frequency"]
+    units = {name: source.units.get(name) or unit for name, (_, unit) in named.items()}
+    short = [name for name, (word, _) in named.items() if word in ("f", "freq")]
+    short = [name for name in short if plain(units[name] or "") in FREQUENCY]
+    if not whole and len(short) != 1:
+        return {}
+    (name, *_) = whole or short
+    return {"frequency": {"array": name, **({"unit": units[name]} if units[name] else {})}}
 
 
 def completed(mapping: Mapping, source: NamedArrays) -> Mapping:

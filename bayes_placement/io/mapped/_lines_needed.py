@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ..._shared.errors import InputError
-from .._frf_units import FREQUENCY
+from .._frf_units import FREQUENCY, plain
 from ..arrays import NamedArrays
 from ._headings import (
     ANGLES,
@@ -330,8 +330,8 @@ def _frequency_line(source: NamedArrays, mapping: Mapping | None = None) -> str:
 
 def _unit_in_name(name: str) -> str:
     """Unit of a frequency that stands in its name without brackets, such as `f kHz`."""
-    words = [word.strip("_.,:;") for word in re.split(r"[\s_]+", name)]
-    return next((unit for unit in FREQUENCY if unit in words), "Hz")
+    words = [word.strip("_.,:;") for word in re.split(r"[\s_]+", name.lower())]
+    return next((unit for unit in FREQUENCY if unit.lower() in words), "Hz")
 
 
 def _quoted(name: str) -> str:
@@ -352,7 +352,9 @@ def _axis(source: NamedArrays) -> str | None:
         )
     ]
     named = [
-        name for name in rising if name[:1].lower() == "f" or source.units.get(name) in FREQUENCY
+        name
+        for name in rising
+        if name[:1].lower() == "f" or plain(source.units.get(name, "")) in FREQUENCY
     ]
     return next(iter([*named, *rising]), None)
 

@@ -40,6 +40,7 @@ _STATED = {
     "ref_node": ("reference node", 66, 76),
     "ref_dir": ("reference direction", 76, 80),
 }
+_ENTITIES = {"rsp_ent_name": slice(31, 41), "ref_ent_name": slice(56, 66)}
 _FORM = {
     "ord_data_type": ("ordinate type", 0, 10),
     "num_pts": ("count", 10, 20),
@@ -110,6 +111,7 @@ def function_head(lines: Lines) -> Fields:
         raise FormatError(len(lines), "its head has less than eleven lines")
     fields = _titles(lines) | _in_columns(lines, 5, _STATED | _UNUSED)
     _check_gaps(lines[5].ljust(80))
+    fields |= {key: lines[5][columns].strip() for key, columns in _ENTITIES.items()}
     fields |= _in_columns(lines, 6, _FORM) | _in_columns(lines, 6, _STEPS, "number")
     for number, side in _AXES.items():
         cells = _cells(lines[number], 10, 5, 5, 5)

@@ -15,7 +15,7 @@ from ._datasets import UNITS, Dataset, MeasurementFileError
 
 QUANTITY = {quantity.data_type: quantity for quantity in quantities.QUANTITIES}
 FORCE_TYPE, FREQUENCY_TYPE = 13, 18
-_UNSTATED = {"", "NONE"}
+UNSTATED = {"", "NONE"}
 
 
 class FileUnits(NamedTuple):
@@ -118,7 +118,7 @@ def check_abscissa(dataset: Dataset) -> None:
     """Refuse an abscissa that is not frequency [Hz]."""
     data_type = dataset.fields["abscissa_spec_data_type"]
     label = _label(dataset, "abscissa")
-    if data_type != FREQUENCY_TYPE or label not in {*_UNSTATED, "Hz", "HZ", "hz"}:
+    if data_type != FREQUENCY_TYPE or label not in {*UNSTATED, "Hz", "HZ", "hz"}:
         raise MeasurementFileError(
             f"{dataset.place} has an abscissa of data type {data_type} with unit {label!r}; "
             "frequency (18) in Hz is needed, since an FRF is compared line by line. Export it over "
@@ -137,10 +137,10 @@ def scale(dataset: Dataset, units: FileUnits) -> float:
     force = _label(dataset, "orddenom")
     numerator = _factor(dataset, motion, motions, units.length if units.stated else None)
     stated_force = units.force if units.stated else None
-    if shared_force and force not in _UNSTATED:
+    if shared_force and force not in UNSTATED:
         stated_force = _factor(dataset, shared_force, FORCE, stated_force)
     denominator = _factor(
-        dataset, shared_force if force in _UNSTATED else force, FORCE, stated_force
+        dataset, shared_force if force in UNSTATED else force, FORCE, stated_force
     )
     return numerator / denominator
 
@@ -158,7 +158,7 @@ def _split(label: str) -> tuple[str, str]:
 
 def _factor(dataset: Dataset, label: str, known: dict[str, float], stated: float | None) -> float:
     """Factor of a unit label to SI, which must agree with what the file states elsewhere."""
-    if label in _UNSTATED:
+    if label in UNSTATED:
         return 1.0 if stated is None else stated
     if label not in known:
         raise MeasurementFileError(

@@ -3,36 +3,23 @@
 from collections.abc import Collection, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ..._shared.arguments import arguments_checked, check_kind
-from ..._shared.files import Json
 from ...experiment.measurement import Channel, Measurement, Position
 from ...experiment.quantities import converted, frf_name
 from .._gate import check_plausible, path_of, reading, usable_lines
 from ._datasets import FUNCTION, VARIANCE_NOTE, Dataset, MeasurementFileError, described, load
 from ._datasets import left_out as _datasets_left_out
+from ._functions import Function, Node, entity, names_of_nodes
 from ._mesh import node_positions
 from ._units import FileUnits, check_abscissa, file_units, of_nodes, quantity_of, scale
 from ._write import note_of
 
 _GENERAL, _FRF, _COHERENCE = 0, 4, 6
 _DECADES = 1e40
-_Node = tuple[int, int]  # number and direction
-
-
-class _Function(NamedTuple):
-    """An FRF or a coherence of the file, by nodes and not yet by channels."""
-
-    place: str
-    sensor: _Node
-    actuator: _Node
-    frequency: np.ndarray
-    values: np.ndarray
-    quantity: str
-    notes: Json
 
 
 @arguments_checked
@@ -49,7 +36,7 @@ def read(
     """Read the FRFs of a universal file (UFF), ASCII or binary, into a measurement in SI.
 
     FRFs (dataset 58, function type 4), their coherences (type 6) and the variances that `write`
-    records are read, nodes from dataset 15 or 2411; other datasets and entity names are ignored.
+    records are read, nodes from dataset 15 or 2411; other datasets are ignored.
     Values are in the units of their labels, else of dataset 164, else SI; coordinates in those of
     dataset 164, else of `length_unit`. Functions that are not asked for are skipped unread, so that
     a part of a large file is read in little memory.
@@ -60,7 +47,8 @@ def read(
         The file.
     names
         Name of the transducer by node number. A node without one is named as `write` recorded it
-        (ID line 5), else by its number: `1`.
+        (ID line 5), else by the name of its entity (record 6) where that is of this node alone,
+        else by its number: `1`.
     require_positions
         Whether a node without coordinates is an error.
     averages
@@ -103,7 +91,7 @@ def read(
         datasets = load(Path(path), wanted=partial(_is_wanted, only))
         units = file_units(datasets)
         frfs = _frfs(datasets, units, Path(path))
-        transducers = _names(frfs, names or {})
+        transducers = names_of_nodes(frfs, names or {})
         places = _positions(datasets, transducers, require_positions)
         length = of_nodes(Path(path), units, [*places.values()], length_unit=length_unit).length
         positions = {
@@ -158,7 +146,7 @@ def _check_values(path: Path, measurement: Measurement) -> None:
 def _assembled(
     path: Path,
     datasets: list[Dataset],
-    frfs: list[_Function],
+    frfs: list[Function],
     transducers: dict[int, str],
     positions: dict[str, Position],
     averages: int | None,
@@ -190,7 +178,7 @@ def _assembled(
     )
 
 
-def _frfs(datasets: list[Dataset], units: FileUnits, path: Path) -> list[_Function]:
+def _frfs(datasets: list[Dataset], units: FileUnits, path: Path) -> list[Function]:
     functions = [dataset for dataset in datasets if dataset.number == FUNCTION]
     frfs = [dataset for dataset in functions if dataset.fields["func_type"] == _FRF]
     if not frfs:
@@ -201,7 +189,7 @@ def _frfs(datasets: list[Dataset], units: FileUnits, path: Path) -> list[_Functi
     return [_frf(dataset, units) for dataset in frfs]
 
 
-def _frf(dataset: Dataset, units: FileUnits) -> _Function:
+def _frf(dataset: Dataset, units: FileUnits) -> Function:
     if not np.iscomplexobj(dataset.fields["data"]):
         raise MeasurementFileError(
             f"{dataset.place} is an FRF of real numbers; complex ones (ordinate type 5 or 6) are "
@@ -212,9 +200,9 @@ def _frf(dataset: Dataset, units: FileUnits) -> _Function:
     return _function(dataset, dataset.fields["data"] * factor, quantity_of(dataset))
 
 
-def _function(dataset: Dataset, values: np.ndarray, quantity: str = "") -> _Function:
+def _function(dataset: Dataset, values: np.ndarray, quantity: str = "") -> Function:
     check_abscissa(dataset)
-    return _Function(
+    return Function(
         place=dataset.place,
         sensor=_node(dataset, "rsp"),
         actuator=_node(dataset, "ref"),
@@ -222,10 +210,11 @@ def _function(dataset: Dataset, values: np.ndarray, quantity: str = "") -> _Func
         values=values,
         quantity=quantity,
         notes=note_of(dataset, "id4") | note_of(dataset, "id5"),
+        entities=(entity(dataset, "rsp"), entity(dataset, "ref")),
     )
 
 
-def _node(dataset: Dataset, side: str) -> _Node:
+def _node(dataset: Dataset, side: str) -> Node:
     node, direction = dataset.fields[f"{side}_node"], dataset.fields[f"{side}_dir"]
     if abs(direction) > 3:
         raise MeasurementFileError(
@@ -236,7 +225,7 @@ def _node(dataset: Dataset, side: str) -> _Node:
     return int(node), int(direction)
 
 
-def _noted(frfs: list[_Function], key: str) -> Any:
+def _noted(frfs: list[Function], key: str) -> Any:
     noted = {frf.notes.get(key): frf for frf in frfs}
     if len(noted) > 1:
         raise MeasurementFileError(
@@ -247,7 +236,7 @@ def _noted(frfs: list[_Function], key: str) -> Any:
     return next(iter(noted))
 
 
-def _check_same_lines(functions: list[_Function]) -> None:
+def _check_same_lines(functions: list[Function]) -> None:
     first, *further = functions
     for function in further:
         agree = function.frequency.shape == first.frequency.shape and np.allclose(
@@ -261,12 +250,12 @@ def _check_same_lines(functions: list[_Function]) -> None:
             )
 
 
-def _axis(function: _Function) -> str:
+def _axis(function: Function) -> str:
     low, high = function.frequency[[0, -1]]
     return f"{function.frequency.size} lines from {low:g} to {high:g} Hz"
 
 
-def _common_quantity(frfs: list[_Function]) -> str:
+def _common_quantity(frfs: list[Function]) -> str:
     quantities = sorted({frf.quantity for frf in frfs})
     if len(quantities) > 1:
         raise MeasurementFileError(
@@ -277,31 +266,11 @@ def _common_quantity(frfs: list[_Function]) -> str:
     return quantities[0]
 
 
-def _names(frfs: list[_Function], chosen: Mapping[int, str]) -> dict[int, str]:
-    """Name of the transducer at each node: as chosen, else as recorded, else the node number."""
-    recorded: dict[int, str] = {}
-    for frf in frfs:
-        nodes = (frf.sensor[0], frf.actuator[0])
-        recorded |= dict(zip(nodes, frf.notes.get("names", map(str, nodes)), strict=True))
-    names = {node: chosen.get(node, name) for node, name in recorded.items()}
-    for node, name in names.items():
-        namesakes = [other for other in names if other < node and names[other] == name]
-        if namesakes:
-            raise MeasurementFileError(
-                f"Nodes {namesakes[0]} and {node} would both be named {name!r}; each node needs a "
-                f"name of its own, since it has its own position. Name both: names="
-                f"{{{namesakes[0]}: 's1', {node}: 's2'}}."
-            )
-    return names
-
-
-def _arranged(
-    functions: list[_Function], sensors: list[_Node], actuators: list[_Node]
-) -> np.ndarray:
+def _arranged(functions: list[Function], sensors: list[Node], actuators: list[Node]) -> np.ndarray:
     """Values of functions, [sensor, actuator, frequency]; NaN for a pair without a function."""
     lines = functions[0].frequency.size
     array = np.full((len(sensors), len(actuators), lines), np.nan, functions[0].values.dtype)
-    filled: dict[tuple[_Node, _Node], str] = {}
+    filled: dict[tuple[Node, Node], str] = {}
     for function in functions:
         pair = function.sensor, function.actuator
         if pair in filled:
@@ -317,7 +286,7 @@ def _arranged(
 
 
 def _coherence(
-    datasets: list[Dataset], frfs: list[_Function], sensors: list[_Node], actuators: list[_Node]
+    datasets: list[Dataset], frfs: list[Function], sensors: list[Node], actuators: list[Node]
 ) -> np.ndarray | None:
     coherences = [dataset for dataset in datasets if _type(dataset) == _COHERENCE]
     functions = _of_frfs(coherences, frfs)
@@ -326,9 +295,9 @@ def _coherence(
 
 def _variance(
     datasets: list[Dataset],
-    frfs: list[_Function],
-    sensors: list[_Node],
-    actuators: list[_Node],
+    frfs: list[Function],
+    sensors: list[Node],
+    actuators: list[Node],
     quantity: str,
 ) -> np.ndarray | None:
     """Variance of each FRF as `write` records it, in SI of the quantity of the FRF."""
@@ -352,7 +321,7 @@ def _type(dataset: Dataset) -> int | None:
     return dataset.fields["func_type"] if dataset.number == FUNCTION else None
 
 
-def _of_frfs(datasets: list[Dataset], frfs: list[_Function]) -> list[_Function]:
+def _of_frfs(datasets: list[Dataset], frfs: list[Function]) -> list[Function]:
     """Functions of real numbers that belong to one of the FRFs, on the same lines."""
     pairs = {(frf.sensor, frf.actuator) for frf in frfs}
     functions = [_function(dataset, np.real(dataset.fields["data"])) for dataset in datasets]

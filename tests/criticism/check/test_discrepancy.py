@@ -64,6 +64,12 @@ def test_an_unknown_noise_level_is_found(fits):
     assert level.mean() == pytest.approx(1.0, abs=5 * level.std() / np.sqrt(level.size) + 0.02)
 
 
+@pytest.mark.parametrize("lines", [1, 2, 3])
+def test_of_unknown_noise_nothing_is_smooth_over_very_few_lines(correct_model, lines):
+    trees = [correct_model(seed, shape=(2, 2, 2, lines), known=False) for seed in range(12)]
+    assert not any(fitted(tree)["share"].values.any() for tree in trees)
+
+
 def matern(distance, size, length):
     scaled = np.sqrt(3) * np.abs(distance) / length
     return size**2 * (1 + scaled) * np.exp(-scaled)

@@ -50,6 +50,7 @@ COMPLIANCE = ParameterEstimate(
             "8.5880e-9 m/N (95 %: 8.5710e-9 to 8.6050e-9)",
             "8.5880e-9 ± 8.6e-12 m/N",
         ),
+        (AT._replace(standard_deviation=0.0, low_95=0.37, high_95=0.37), "370 mm", "370 ± 0 mm"),
         (AT._replace(low_95=float("nan")), "370.000 ± 0.021 mm", "370.000 ± 0.021 mm"),
     ],
 )
@@ -72,6 +73,19 @@ def test_edges_of_a_patch_are_told_by_their_axes():
     assert fitted.description().startswith("extent along x 60 mm (95 %: ")
     found = FoundEffect(coat, "", estimates, None)
     assert "extent along y 40 ± 10 mm" in EffectInState(found, "new").size(str)
+
+
+@pytest.mark.parametrize(("word", "told"), [("at.along", "at"), ("at.x", "at x"), ("to.y", "to y")])
+def test_a_place_is_told_in_the_same_words_everywhere(word, told):
+    ends = (0.37, 0.0, 0.0), (0.7, 0.2, 0.0)
+    effect = effects.strut(*ends, effects.Spring(1e5), name="point_mass")
+    estimates = {word: AT._replace(word=word, field=word.partition(".")[0])}
+    fitted = replace(step("point_mass", 1.0), parameters=estimates)
+    place = f"{told} {AT.with_interval()}"
+    (course,) = courses_of({"a": [FoundEffect(effect, "", estimates, None)]})
+    assert course.title() == f"{course.kind} {place}"
+    assert fitted.described("point_mass") == place
+    assert fitted.in_short(effect).startswith(f"{told} 370.000 mm")
 
 
 def steps():

@@ -9,6 +9,10 @@ from skfem import Basis, ElementQuadBFS
 import bayes_placement as bp
 from bayes_placement import effects, finite_elements, positions
 from bayes_placement.criticism.locations import effect_locations, ends, locations
+from bayes_placement.criticism.missing._claims import _entry
+from bayes_placement.criticism.missing._fitted_candidates import extended
+from bayes_placement.criticism.missing._hypotheses import null_hypothesis
+from bayes_placement.criticism.missing.fitted_model import fitted_model
 from bayes_placement.modes.finite_elements import interpolation, modes_from_shapes, soft_supports
 from bayes_placement.positions import places
 from tests.small_models import Plate
@@ -30,7 +34,7 @@ def in_space():
     )
     modes = modes_from_shapes(
         model,
-        interpolation.nearest(model),
+        interpolation.scattered(model),
         regions={"left half": np.eye(2), "right half": np.eye(2), "nowhere": np.eye(2)},
         members={"strut": np.eye(2)},
         centres=MIDDLES,
@@ -199,24 +203,47 @@ def test_places_found_on_a_line_are_numbers():
     }
 
 
-def test_where_the_motion_is_known_at_nodes_alone_a_place_is_told_as_its_node():
-    """A strut whose ends lie on either side of the edge between two nodes joins these."""
-    chain = finite_elements.Matrices(
+@pytest.fixture(scope="module")
+def chain():
+    """Three masses, of which the motion is known at these alone."""
+    matrices = finite_elements.Matrices(
         stiffness=np.diag([2.0, 2.0, 1.0]) - np.eye(3, k=1) - np.eye(3, k=-1),
         mass=np.eye(3),
         position=[(0.2 * node, 0.0, 0.0) for node in (1, 2, 3)],
         dof=[(node, 1) for node in (1, 2, 3)],
     )
-    modes = finite_elements.modes(chain, interpolation.nearest(chain), up_to=10.0)
-    strut = effects.strut((0.4999, 0.0, 0.0), (0.5001, 0.0, 0.0), bp.effects.Spring(9.0))
-    experiment = bp.Experiment(
+    modes = finite_elements.modes(matrices, interpolation.nearest(matrices), up_to=10.0)
+    return bp.Experiment(
         bp.Structure(modes, damping=bp.damping.Modal(0.02)),
         sensors=[bp.Sensor("s1", at=(0.2, 0.0, 0.0))],
         actuators=[bp.Actuator("a1", at=(0.4, 0.0, 0.0))],
-        frequency=[0.1],
+        frequency=np.linspace(0.02, 0.35, 40),
         observe=bp.observe.Complex("acceleration"),
-        noise=None,
+        noise=bp.noise.Relative(0.01, 0.0),
     )
-    joined = experiment + strut
+
+
+def test_headline_table_claim_and_place_tell_the_node_of_the_best_fit(chain):
+    """Between nodes the data say nothing of a place, so that its mean is none."""
+    heavier = chain + effects.point_mass((0.6, 0.0, 0.0), 0.2)
+    somewhere = positions.Cartesian(dist.Uniform(0.2, 0.6), 0.0, 0.0)
+    candidate = effects.point_mass(somewhere, dist.LogUniform(0.02, 2.0))
+    null = null_hypothesis(chain, chain.data(heavier.nominal_measurement()))
+    (found,) = extended([[(null, candidate)]], lambda: None)
+    model = fitted_model(found, {})
+    (effect,) = found.problem.experiment.effects
+    entry = _entry(effect, found, model.parameters, 1.0, 1.0)
+    assert effect_locations(found.problem.experiment, model.values) == {
+        "point_mass": pytest.approx((0.6, 0.0, 0.0))
+    }
+    assert model.in_words("point_mass").endswith(" at x 600 mm")
+    assert model.description().startswith("at x 600 mm")
+    np.testing.assert_allclose(entry["place_m"], [(0.6, 0.0, 0.0)])
+
+
+def test_where_the_motion_is_known_at_nodes_alone_a_place_is_told_as_its_node(chain):
+    """A strut whose ends lie on either side of the edge between two nodes joins these."""
+    strut = effects.strut((0.4999, 0.0, 0.0), (0.5001, 0.0, 0.0), bp.effects.Spring(9.0))
+    joined = chain + strut
     told = ends(*joined.effects, joined, {}, 1)
     np.testing.assert_allclose(np.concatenate(told)[:, 0], [0.4, 0.6])

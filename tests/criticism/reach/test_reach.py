@@ -9,6 +9,7 @@ import numpy as np
 import numpyro.distributions as dist
 import pytest
 from matplotlib.text import Text
+from scipy.stats import norm
 
 import bayes_placement as bp
 from bayes_placement._shared.errors import InputError
@@ -18,7 +19,7 @@ from bayes_placement.criticism.reach import _in_bands, _named_laws, _ports
 from bayes_placement.criticism.reach._at_port import ReachOfPort
 from bayes_placement.criticism.reach._free_law import FreeLaw, complex_residuals
 from bayes_placement.explorer.found import reach_for_page
-from bayes_placement.inference.residuals import Problem, point_in_problem
+from bayes_placement.inference.residuals import Problem, at_known_noise, point_in_problem
 from tests.criticism import small
 from tests.criticism.reach.cantilever import (
     AT,
@@ -202,6 +203,25 @@ def test_any_law_within_a_band_is_a_dense_least_squares(monkeypatch):
         above = given - base.count / small.LINES.size * count
         assert 0.05 < share < 1
         assert share == pytest.approx((given - left - 2 * count) / above, rel=1e-4)
+
+
+def test_any_law_within_a_band_of_unknown_noise_is_a_share_of_all_residuals():
+    """The noise takes up the misfit, so that nothing is left above it of which it were a share."""
+    share = dist.LogUniform(1e-3, 0.3), dist.LogUniform(1e-6, 1e-2)
+    bar = eqx.tree_at(lambda tree: tree.noise, small.experiment(), bp.noise.Relative(*share))
+    null = null_hypothesis(bar, bar.data(small.without_coherence(small.measured(small.MASS))))
+    known, point = at_known_noise(null.problem, null.fit.point)
+    port = _ports.ports_of(bar)[0]
+    problem = known.with_effect(port.effect)
+    free = FreeLaw(problem, _ports.place_columns(port, problem))
+    points = np.tile(point_in_problem(known, point, problem), (2, 1))
+    (place,) = free.held
+    points[:, place] = norm.ppf([small.MASS.at, 0.9])
+    reach = ReachOfPort(port, free, points, *np.zeros((3, 2)))
+    bounds = _in_bands.left_in_bands(null.problem, null.fit.point, [reach])
+    for band in ((30.0, 700.0), (100.0, 300.0)):
+        at_mass, elsewhere = bounds.any_law(*band)
+        assert at_mass > 0.9 and elsewhere < at_mass
 
 
 def _slopes(residuals, point, step=1e-6):

@@ -178,6 +178,24 @@ def test_columns_that_say_what_they_are_need_no_mapping(tmp_path):
     np.testing.assert_allclose(imported.measurement.coherence, COHERENCE)
 
 
+@pytest.mark.parametrize(
+    ("heading", "factor"),
+    [
+        ("Frequency [Hz]", 1.0),
+        ("frequency_hz", 1.0),
+        ("FREQUENCY (HZ)", 1.0),
+        ("f [Hz]", 1.0),
+        ("Freq kHz", 1e3),
+    ],
+)
+def test_a_heading_of_the_frequency_may_be_written_in_many_ways(tmp_path, heading, factor):
+    unit = "[(m/s^2)/N]"
+    columns = {heading: LINES, f"s1/a1 real {unit}": LINES, f"s1/a1 imaginary {unit}": LINES}
+    pd.DataFrame(columns).to_csv(tmp_path / "measured.csv", index=False)
+    read = bp.io.read_measurement(tmp_path / "measured.csv")
+    np.testing.assert_allclose(read.frequency, factor * LINES)
+
+
 @pytest.mark.parametrize("suffix", [".npz", ".mat"])
 def test_arrays_that_say_what_they_are_need_no_mapping(tmp_path, suffix):
     content = {
@@ -654,10 +672,10 @@ def test_a_few_lines_that_are_no_measurement_are_left_out(tmp_path):
 
 
 def test_a_frequency_in_kilohertz_is_asked_for_in_its_unit(tmp_path):
-    write_headings(tmp_path / "a.csv", "f kHz;H dB;H deg", "dB deg")
+    write_headings(tmp_path / "a.csv", "freq. KHZ;H dB;H deg", "dB deg")
     with pytest.raises(ValueError, match="nothing says") as error:
         bp.io.read(tmp_path / "a.csv")
-    assert 'frequency = { array = "f kHz", unit = "kHz" }' in lines_asked_for(error)
+    assert 'frequency = { array = "freq. KHZ", unit = "kHz" }' in lines_asked_for(error)
 
 
 @pytest.mark.parametrize(

@@ -278,6 +278,28 @@ def test_nodes_are_named_as_given(tmp_path):
     assert set(loaded.positions) == {"tip", "101"}
 
 
+@pytest.mark.parametrize(
+    ("entities", "names"),
+    [
+        (("tip", "tip", "hammer"), ["tip", "hammer"]),
+        (("tip+x", "tip+z", "hammer"), ["tip", "hammer"]),  # channels of one sensor
+        (("tip", "root", "hammer"), ["1", "hammer"]),  # a node of two names
+        (("wing", "wing", "wing"), ["1", "101"]),  # a component
+        (("NONE", "NONE", "a.1"), ["1", "101"]),
+    ],
+)
+def test_entities_name_the_nodes_that_they_tell_apart(tmp_path, entities, names):
+    *responses, reference = entities
+    frfs = [
+        function(rsp_dir=direction, rsp_ent_name=entity, ref_ent_name=reference)
+        for direction, entity in zip((1, 3), responses, strict=True)
+    ]
+    loaded = uff.read(by_pyuff(tmp_path, nodes(1, 101), *frfs))
+    assert [loaded.sensors[0].name, loaded.actuators[0].name] == names
+    assert {channel.name for channel in loaded.sensors} == {names[0]}
+    assert set(loaded.positions) == {*names}
+
+
 # --- writing ---------------------------------------------------------------------------------
 
 
