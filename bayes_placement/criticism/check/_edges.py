@@ -15,13 +15,18 @@ EDGE = 0.025
 """Share of the prior that counts as its edge, on either side."""
 
 BOUND = EDGE / 10
-"""Share of the prior that counts as its bound: what a prior cuts off leans against it."""
+"""Share of the prior that counts as its bound, within the edge."""
+
+FALLEN = 0.5
+"""Posterior over prior at the bound, over that in the whole edge, below which nothing is cut off.
+
+The edge of a prior that is log-uniform over decades is wide: a third of the value at its end. What
+lies there and falls off towards the bound has its value there.
+"""
 
 PILED = 10.0
-"""Ratio of posterior to prior probability from which the posterior counts as piled up.
+"""Ratio of posterior to prior probability at an edge from which the posterior counts as piled up.
 
-It is asked of the edge and of the bound. A narrow posterior within the edge that keeps clear of the
-bound has its value there: of a prior log-uniform over decades the edge is a third of the value.
 With a correct model the two are equal on average, so by Markov's inequality at most one edge in ten
 is reported by chance.
 """
@@ -42,8 +47,8 @@ def edges(posterior: xr.DataTree) -> xr.Dataset:
     posterior_draws = dict(_scalar_draws(posterior["posterior"].to_dataset()))
     rows = [_row(prior_draws[name], draws) for name, draws in posterior_draws.items()]
     columns = np.array(rows, dtype=float).reshape(len(rows), 4, len(_SIDES))
-    share, prior_share, at, ratio = columns.swapaxes(0, 1)
-    piled = ratio >= PILED
+    share, prior_share, at, share_at_bound = columns.swapaxes(0, 1)
+    piled = (share >= PILED * prior_share) & (prior_share > 0) & leans(share, share_at_bound)
     arrays = {"share": share, "prior_share": prior_share, "at": at, "piled_up": piled}
     variables = {name: (("unknown", "side"), array) for name, array in arrays.items()}
     return xr.Dataset(variables, coords={"unknown": list(posterior_draws), "side": list(_SIDES)})
@@ -92,15 +97,20 @@ def _is_standard_error(values: xr.DataArray) -> bool:
     return role == Role.MODEL_ERROR.value and field == "standard"
 
 
-def _row(prior: np.ndarray, posterior: np.ndarray) -> list[np.ndarray]:
-    at, at_bound = (np.quantile(prior, [size, 1 - size]) for size in (EDGE, BOUND))
-    ratios = [_shares(posterior, ends) / _shares(prior, ends) for ends in (at, at_bound)]
-    return [_shares(posterior, at), _shares(prior, at), at, np.min(ratios, axis=0)]
+def leans(share: np.ndarray | float, share_at_bound: np.ndarray | float) -> np.ndarray:
+    """Whether a posterior of these shares does not fall off within the edge towards the bound."""
+    return np.asarray(share_at_bound / BOUND >= FALLEN * share / EDGE)
 
 
-def _shares(draws: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Share of draws below the lower end and above the upper one, ends included."""
-    return np.array([np.mean(draws <= ends[0]), np.mean(draws >= ends[1])])
+def _row(prior: np.ndarray, posterior: np.ndarray) -> list[list[float]]:
+    low, high = np.quantile(prior, [EDGE, 1 - EDGE])
+    ends = np.quantile(prior, [BOUND, 1 - BOUND])
+    shares = [_shares(draws, low, high) for draws in (posterior, prior)]
+    return [*shares, [low, high], _shares(posterior, *ends)]
+
+
+def _shares(draws: np.ndarray, low: float, high: float) -> list[float]:
+    return [float(np.mean(draws <= low)), float(np.mean(draws >= high))]
 
 
 COUNTED = {

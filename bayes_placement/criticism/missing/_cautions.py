@@ -1,7 +1,6 @@
 """What to doubt in a fit: priors piled up at an edge, sizes at a bound, one start, outliers."""
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtri
@@ -15,7 +14,7 @@ from ...inference.engines.levenberg_marquardt import APART
 from ...inference.estimates import scalars
 from ...inference.results import outputs
 from ...inference.units import percent
-from ..check._edges import BOUND, EDGE, sentences
+from ..check._edges import BOUND, EDGE, leans, sentences
 from ._estimates import drawn_places, laplace
 from ._hypotheses import Hypothesis
 from ._outliers import p_value
@@ -27,9 +26,10 @@ MOST_NAMED = 3
 
 def cautions(hypothesis: Hypothesis, sampled: SampledPosterior | None) -> tuple[str, ...]:
     """Return one sentence for each doubt, as `check` and `engines.MAP` have them."""
-    at_edges = shares_at_edges(hypothesis, None if sampled is None else sampled.points)
-    piled_up = [edge for edge in at_edges if edge.ratio >= AS_STATED.piled_up]
-    edges = sentences((edge.name, edge.side, edge.share, EDGE) for edge in piled_up)
+    draws = None if sampled is None else sampled.points
+    least = AS_STATED.piled_up * EDGE
+    piled_up = [edge for edge in shares_at_edges(hypothesis, draws) if edge[-1] >= least]
+    edges = sentences((*edge, EDGE) for edge in piled_up)
     return *edges, *cautions_of_fit(hypothesis)
 
 
@@ -45,24 +45,16 @@ def cautions_of_fit(hypothesis: Hypothesis) -> tuple[str, ...]:
     )
 
 
-class AtEdge(NamedTuple):
-    """An unknown, a side of its prior, and the share of the posterior at that edge.
+def shares_at_edges(
+    hypothesis: Hypothesis, points: np.ndarray | None
+) -> Iterator[tuple[str, str, float]]:
+    """Each unknown, a side of its prior, and the share of a posterior at that edge.
 
-    The ratio of posterior to prior is the lesser of that at the edge and that at the bound.
-    """
-
-    name: str
-    side: str
-    share: float
-    ratio: float
-
-
-def shares_at_edges(hypothesis: Hypothesis, points: np.ndarray | None) -> Iterator[AtEdge]:
-    """Posterior of each unknown at either edge of its prior.
-
+    One that falls off towards the bound lies there and leans against nothing; it is left out.
     Without draws [draw, unknown] it is that of Laplace's Gaussian.
     """
     draws = laplace(hypothesis) if points is None else points
+    edge, bound = -ndtri(EDGE), -ndtri(BOUND)
     problem = hypothesis.problem
     for unknown in problem.at_fixed_sizes.unknowns:
         if unknown.role is Role.MODEL_ERROR:
@@ -71,9 +63,9 @@ def shares_at_edges(hypothesis: Hypothesis, points: np.ndarray | None) -> Iterat
         shape = (1, len(draws), *unknown.distribution.shape())
         for name, drawn in scalars(unknown.name, coordinates.reshape(shape)):
             for side, outwards in (("lower", -drawn), ("upper", drawn)):
-                at_edge, at_bound = (np.mean(outwards > -ndtri(size)) for size in (EDGE, BOUND))
-                ratio = min(at_edge / EDGE, at_bound / BOUND)
-                yield AtEdge(name, side, float(at_edge), float(ratio))
+                share, at_bound = np.mean(outwards > edge), np.mean(outwards > bound)
+                if share > 0 and leans(share, at_bound):
+                    yield name, side, float(share)
 
 
 def _sizes_at_bounds(hypothesis: Hypothesis) -> Iterator[str]:

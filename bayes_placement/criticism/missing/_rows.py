@@ -8,6 +8,7 @@ from ...effects.effect import Effect
 from ...effects.instrument_effect import InstrumentEffect
 from ...effects.library import kind_of
 from ...inference.engines.about_mode import SampledPosterior
+from ..check._edges import EDGE
 from ._cautions import shares_at_edges
 from ._estimates import PERCENTILES, drawn_places
 from ._held_out import scores
@@ -85,12 +86,12 @@ def _sizes_of_errors(hypothesis: Hypothesis) -> Iterator[tuple[str, float, float
 
 def _edges(hypothesis: Hypothesis, points: np.ndarray | None) -> Iterator[tuple[str, str, float]]:
     """Posterior over prior probability at the edges of the sizes of effects."""
-    at_edges = list(shares_at_edges(hypothesis, points)) if hypothesis.effects else []
+    shares = list(shares_at_edges(hypothesis, points)) if hypothesis.effects else []
     for effect in hypothesis.effects:
         sizes = _sizes(effect, hypothesis)
-        for edge in at_edges:
-            if edge.ratio > 0 and edge.name.partition("[")[0] in sizes:
-                yield effect.name, edge.side, edge.ratio
+        for name, side, share in shares:
+            if name.partition("[")[0] in sizes:
+                yield effect.name, side, share / EDGE
 
 
 def _sizes(effect: Effect, hypothesis: Hypothesis) -> set[str]:

@@ -41,8 +41,10 @@ def test_a_prior_that_excludes_the_truth_is_named_with_its_edge(fitted):
 
 
 def test_a_value_within_the_edge_of_a_prior_that_keeps_clear_of_its_bound_is_no_doubt(fitted):
-    # Of a prior log-uniform from 0.01 % to 15 %, the outermost 2.5 % are all above 10.4 %.
+    # Of a prior log-uniform from 0.01 % to 15 % on either side, the outermost 2.5 % begin at
+    # 10.4 %, and 13.5 % ± 0.6 % has a share in the outermost 0.25 %.
     assert cautions(fitted, drawn_about(2.3, 0.05)) == ()
+    assert cautions(fitted, drawn_about(2.43, 0.2)) == ()
 
 
 def test_many_edges_are_one_sentence():
