@@ -89,10 +89,10 @@ class Oscillator(NamedTuple):
         line = omega[None]
         structure, modulus = self.structure, self.structure.relative_modulus(line)[0]
         natural = self.modes.angular_frequency()
+        factor = None if self.mode_error is None else self.mode_error.over(natural.size)
+        natural = natural if factor is None else natural * factor.frequency
         loss = structure.damping.loss(natural, line, self.modes.rigid_body_modes)[:, 0]
-        if self.mode_error is not None:
-            factor = self.mode_error.over(natural.size)
-            natural, loss = natural * factor.frequency, loss * factor.damping
+        loss = loss if factor is None else loss * factor.damping
         diagonal = jnp.diag(natural**2 * modulus + loss * structure.kept_damping() + 0j)
         if self.ports is None:
             return diagonal

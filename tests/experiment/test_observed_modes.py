@@ -36,6 +36,19 @@ def test_poles_and_shapes_are_those_of_finite_elements(damped):
     np.testing.assert_allclose(predicted[2:], measurement.shape, atol=5e-3)
 
 
+def test_a_mode_at_another_frequency_has_the_damping_ratio_of_the_law():
+    measurement = measured(PLACES, 5, ratio=0.02)
+    off = bp.model_error.Embedded(
+        frequency=0.05, damping=None, shape=None, gain=None, stiffness_and_mass=None
+    )
+    model = experiment(measurement, PLACES, ratio=0.02).with_model_error(off)
+    (errors,) = (unknown.name for unknown in model.unknowns)
+    predicted = np.asarray(PREDICT(model.fix({errors: np.array([1.0, -1.0, 2.0, 0.5, -2.0])})))
+    factor = np.exp(0.05 * np.array([1.0, -1.0, 2.0, 0.5, -2.0]))
+    np.testing.assert_allclose(predicted[0, 0], factor * measurement.natural_frequency, rtol=1e-3)
+    np.testing.assert_allclose(predicted[1, 0], 0.02, rtol=1e-6)
+
+
 @pytest.mark.long
 @pytest.mark.longest
 def test_gradients_of_poles_are_those_of_finite_differences(damped):
