@@ -73,8 +73,9 @@ def infer(
         Seed or JAX key; the same key gives the same result, bit for bit, on one machine.
     executor
         Any `concurrent.futures.Executor` that does the populations of `engines.SMC`, such as
-        `design.workers()` gives, or one of a cluster; by default this process does, and its
-        helpers where that takes long. The result is the same. Other engines run in this process.
+        `design.workers()` gives, or one of a cluster; by default this process does. The result is
+        that of one process with as many cores as a worker has; with more of them sums round
+        otherwise. Other engines run in this process.
     progress
         Called with the share of the work done.
 

@@ -1,6 +1,5 @@
 """Tempered sequential Monte Carlo from the prior to the posterior, with its evidence."""
 
-import time
 from collections.abc import Callable
 from contextvars import ContextVar
 from functools import partial
@@ -21,7 +20,7 @@ from ..._shared.arguments import check_count, check_fields, check_positive
 from ..._shared.compiled import compiled
 from ..._shared.dimensions import Key
 from ..._shared.errors import InputError
-from ..._shared.parts import COMPILED_IN, executor_of_parts, shared
+from ..._shared.parts import executor_of_parts, shared
 from ..._shared.progress import Progress, no_progress
 from ..batches import affordable_batch, mapped
 from . import _trajectories as trajectories
@@ -47,14 +46,8 @@ SETTLING = 2
 temperature: without these rounds the deviations of eight coefficients of a regression came out 2 %
 too wide and a mean 0.08 deviations off, with any number of particles."""
 
-FEWEST_TEMPERATURES = 10
-"""Temperatures from a prior to a posterior that measurements narrow, at least."""
-
-WORTH_SHARING = 4 * COMPILED_IN
-"""Time [s] of all populations from which helpers are worth their start and their compiling."""
-
 _TOLD: ContextVar[Progress] = ContextVar("told", default=no_progress)
-"""What a population of this process tells its share to; those of helpers tell none."""
+"""What a population of this process tells its share to; those of workers tell none."""
 
 
 class _Population(NamedTuple):
@@ -147,7 +140,10 @@ class SMC(Engine):
     def _tempered(
         self, posterior: PosteriorDensity, key: Key, progress: Progress
     ) -> list[_Tempered]:
-        """Temper populations by an executor, or here, and in helpers where that takes long."""
+        """Temper populations by an executor, or one after the other here.
+
+        Helpers would bring little: the particles of one population take all cores already.
+        """
         tasks = [
             (self, posterior, number, population_key)
             for number, population_key in enumerate(jax.random.split(key, self.populations))
@@ -155,7 +151,7 @@ class SMC(Engine):
         told = _Told(progress, self.populations)
         token = _TOLD.set(told.share_of_one)
         try:
-            if executor_of_parts() is not None or self._takes_long(posterior, key):
+            if executor_of_parts() is not None:
                 return shared(SMC.tempered, tasks, told.one_more)
             tempered = []
             for number, task in enumerate(tasks):
@@ -168,24 +164,10 @@ class SMC(Engine):
     def tempered(self, posterior: PosteriorDensity, number: int, key: Key) -> _Tempered:
         """Temper the population of a number up to the posterior."""
         start_key, temper_key = jax.random.split(key)
-        particles = self._from_prior(posterior, start_key)
-        start = _start(particles, self._likelihoods(posterior)(particles), number)
+        particles = posterior.sample_prior(start_key, self._size * self.prior_draws)
+        likelihoods = compiled(_log_likelihoods).bound(posterior, self._batch(posterior))
+        start = _start(particles, likelihoods(particles), number)
         return _temper(self._stages(posterior), temper_key, start, _TOLD.get())
-
-    def _takes_long(self, posterior: PosteriorDensity, key: Key) -> bool:
-        """Whether all populations take far longer than a helper takes to compile what they need."""
-        evaluate, particles = self._likelihoods(posterior), self._from_prior(posterior, key)
-        np.asarray(evaluate(particles))  # compiles
-        began = time.perf_counter()
-        np.asarray(evaluate(particles))
-        moves = FEWEST_TEMPERATURES * self.moves / self.prior_draws * self.populations
-        return moves * (time.perf_counter() - began) > WORTH_SHARING
-
-    def _from_prior(self, posterior: PosteriorDensity, key: Key) -> Particles:
-        return posterior.sample_prior(key, self._size * self.prior_draws)
-
-    def _likelihoods(self, posterior: PosteriorDensity) -> Callable[[Particles], PerParticle]:
-        return compiled(_log_likelihoods).bound(posterior, self._batch(posterior))
 
     def _batch(self, posterior: PosteriorDensity) -> int:
         """Particles whose likelihoods fit into memory together."""

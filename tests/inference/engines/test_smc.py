@@ -12,10 +12,8 @@ from arviz_stats.base import array_stats
 from scipy.special import gammaln, logsumexp
 
 from bayes_placement import engines
-from bayes_placement._shared import processes
 from bayes_placement._shared.parts import done_by
 from bayes_placement._shared.progress import no_progress
-from bayes_placement.inference.engines import smc
 from bayes_placement.inference.unconstrained import UnconstrainedModel
 
 MANY = 30
@@ -101,18 +99,6 @@ def test_an_executor_does_every_population_and_changes_nothing():
     here = tempered()
     np.testing.assert_array_equal(draws.position, here.position)
     assert draws.log_evidence == here.log_evidence
-
-
-def test_populations_that_take_long_are_shared_with_helpers(monkeypatch):
-    monkeypatch.setattr(smc, "WORTH_SHARING", 0.0)
-    counts = []
-    monkeypatch.setattr(processes, "started_helpers", lambda: counts.append(None) or (None, 0))
-    tempered()
-    assert counts
-    counts.clear()
-    monkeypatch.undo()
-    tempered()
-    assert not counts
 
 
 def test_the_share_that_is_done_grows_within_a_population():
