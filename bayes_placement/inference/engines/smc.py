@@ -65,6 +65,7 @@ _Tempered: TypeAlias = tuple[_Population, int]
 
 
 class _Stages(NamedTuple):
+    likelihoods: Callable[[Particles], PerParticle]
     resample: Callable[[Key, _Population], _Population]
     move: Callable[[Key, _Population], _Population]
 
@@ -165,20 +166,19 @@ class SMC(Engine):
         """Temper the population of a number up to the posterior."""
         start_key, temper_key = jax.random.split(key)
         particles = posterior.sample_prior(start_key, self._size * self.prior_draws)
-        likelihoods = compiled(_log_likelihoods).bound(posterior, self._batch(posterior))
-        start = _start(particles, likelihoods(particles), number)
-        return _temper(self._stages(posterior), temper_key, start, _TOLD.get())
-
-    def _batch(self, posterior: PosteriorDensity) -> int:
-        """Particles whose likelihoods fit into memory together."""
-        once = compiled(log_likelihood).bound(posterior)
-        return affordable_batch(once, jnp.zeros(posterior.dimension), self._size)
+        stages = self._stages(posterior)
+        start = _start(particles, stages.likelihoods(particles), number)
+        return _temper(stages, temper_key, start, _TOLD.get())
 
     def _stages(self, posterior: PosteriorDensity) -> _Stages:
-        batch = _moved_at_once(posterior, self._size, self._batch(posterior))
+        """What is done to a population, to as many particles at once as fit into memory."""
+        once = compiled(log_likelihood).bound(posterior)
+        batch = affordable_batch(once, jnp.zeros(posterior.dimension), self._size)
+        moved_at_once = _moved_at_once(posterior, self._size, batch)
         return _Stages(
+            compiled(_log_likelihoods).bound(posterior, batch),
             compiled(SMC.resampled).bound(self, self._size),
-            compiled(SMC.moved).bound(self, posterior, batch),
+            compiled(SMC.moved).bound(self, posterior, moved_at_once),
         )
 
     @property
